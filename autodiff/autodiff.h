@@ -21,8 +21,8 @@
    NULL or "?", or do nothing.
    Threads. Handles share nothing: two tapes, or two programs, may be used from two threads; one
    handle may not. */
-#ifndef AUTODIFF_H
-#define AUTODIFF_H
+#ifndef AUTODIFF_AUTODIFF_H
+#define AUTODIFF_AUTODIFF_H
 
 #include "operations.h"
 #include "program.h"

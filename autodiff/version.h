@@ -1,7 +1,7 @@
 /* The release of these headers, and that of the library which the program runs with: see
    docs/compatibility.md for what may differ. */
-#ifndef LEASTACTION_VERSION_H
-#define LEASTACTION_VERSION_H
+#ifndef AUTODIFF_VERSION_H
+#define AUTODIFF_VERSION_H
 
 #define LEASTACTION_VERSION_MAJOR 0
 #define LEASTACTION_VERSION_MINOR 1

@@ -9,8 +9,8 @@
 
    Columns are samples: states x and rates are [2n x samples], row-major, n rows of q followed by n
    of p. Handles share nothing; one handle is used by one thread at a time. */
-#ifndef HNN_H
-#define HNN_H
+#ifndef HNN_HNN_H
+#define HNN_HNN_H
 
 #include "physics/physics.h"
 

@@ -24,8 +24,8 @@
        gas/            order and fast motion of a gas          order.h
        ephemeris/      Horizons tables, models of the planets  horizons.h, models.h
        path/           stationary paths; all/: all of them     path.h */
-#ifndef PHYSICS_H
-#define PHYSICS_H
+#ifndef PHYSICS_PHYSICS_H
+#define PHYSICS_PHYSICS_H
 
 #include "autodiff/autodiff.h"
 #include "autodiff/optim.h"

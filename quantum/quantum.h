@@ -21,8 +21,8 @@
    the message. Functions without a status return NaN, fill the arrays given
    with NaN, or do nothing. *slice and *system are read during the call only, by qm_propagator_new
    also until qm_propagator_free. Functions may run concurrently on different data. */
-#ifndef QUANTUM_H
-#define QUANTUM_H
+#ifndef QUANTUM_QUANTUM_H
+#define QUANTUM_QUANTUM_H
 
 #include "physics/physics.h"
 

@@ -1,7 +1,7 @@
 /* Complete runs of wave packets: a suitable box, limits against aliasing, and samples on the way,
    with the error at the end. */
-#ifndef QM_RUN_H
-#define QM_RUN_H
+#ifndef QUANTUM_RUN_H
+#define QUANTUM_RUN_H
 
 #include "quantum/quantum.h"
 

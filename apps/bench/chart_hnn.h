@@ -1,6 +1,6 @@
 /* The parts of `leastaction chart hnn`. */
-#ifndef APPS_CHART_HNN_H
-#define APPS_CHART_HNN_H
+#ifndef APPS_BENCH_CHART_HNN_H
+#define APPS_BENCH_CHART_HNN_H
 
 #include "chart.h"
 #include "hnn/data/data.h"
@@ -19,8 +19,7 @@ struct network {
 
 enum { NETWORKS_MOST = 16 };
 
-/* One width, or with 0 every width, narrow to wide, as HNN and baseline, in f32 and f64; returns how
-   many. */
+/* One width, or with 0 each, as HNN and baseline, in f32 and f64; returns how many. */
 size_t networks_of_chart(size_t width, struct network networks[NETWORKS_MOST]);
 struct hnn_settings network_settings(const struct network *network);
 

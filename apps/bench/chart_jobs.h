@@ -1,6 +1,6 @@
 /* Complete jobs for chart_jobs.c, with published settings and with ours, both by this library. */
-#ifndef APPS_CHART_JOBS_H
-#define APPS_CHART_JOBS_H
+#ifndef APPS_BENCH_CHART_JOBS_H
+#define APPS_BENCH_CHART_JOBS_H
 
 #include "autodiff/autodiff.h"
 

@@ -1,6 +1,6 @@
 /* Truths for the errors of `leastaction chart quantum`. */
-#ifndef APPS_CHART_QUANTUM_H
-#define APPS_CHART_QUANTUM_H
+#ifndef APPS_BENCH_CHART_QUANTUM_H
+#define APPS_BENCH_CHART_QUANTUM_H
 
 #include "quantum/quantum.h"
 

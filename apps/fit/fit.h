@@ -1,6 +1,6 @@
 /* The parts of `leastaction fit`: measured motions (fit_data), output (fit_report). */
-#ifndef APPS_FIT_H
-#define APPS_FIT_H
+#ifndef APPS_FIT_FIT_H
+#define APPS_FIT_FIT_H
 
 #include "apps/options.h"
 #include "apps/output/plot.h"

@@ -1,7 +1,7 @@
 /* Options shared by the two kinds of data set: motions (cmd_dataset.c) and frames
    (dataset_pixels.c). */
-#ifndef APPS_DATASET_H
-#define APPS_DATASET_H
+#ifndef APPS_HNN_DATASET_H
+#define APPS_HNN_DATASET_H
 
 #include "apps/output/report.h"
 

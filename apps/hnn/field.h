@@ -1,7 +1,7 @@
 /* The parts of `leastaction field`: setup and evaluation on a grid (field_setup), output
    (field_write). */
-#ifndef APPS_FIELD_H
-#define APPS_FIELD_H
+#ifndef APPS_HNN_FIELD_H
+#define APPS_HNN_FIELD_H
 
 #include "field_arrows.h"
 #include "apps/options.h"

@@ -1,6 +1,6 @@
 /* Vector fields of models in pictures. */
-#ifndef APPS_FIELD_ARROWS_H
-#define APPS_FIELD_ARROWS_H
+#ifndef APPS_HNN_FIELD_ARROWS_H
+#define APPS_HNN_FIELD_ARROWS_H
 
 #include "apps/output/figure.h"
 #include "hnn/hnn.h"

@@ -1,7 +1,7 @@
 /* `leastaction rollout` for models of pixels: prediction from the first two frames of a film,
    compared with the film. Time is counted in frames. */
-#ifndef APPS_FILM_H
-#define APPS_FILM_H
+#ifndef APPS_HNN_PIXEL_ROLLOUT_H
+#define APPS_HNN_PIXEL_ROLLOUT_H
 
 #include "apps/output/outputs.h"
 #include "rollout.h"

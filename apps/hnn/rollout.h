@@ -1,7 +1,7 @@
 /* The parts of `leastaction rollout`: setup from the options (rollout_setup), computation and
    errors (rollout_run), output (rollout_report, rollout_picture). */
-#ifndef APPS_ROLLOUT_H
-#define APPS_ROLLOUT_H
+#ifndef APPS_HNN_ROLLOUT_H
+#define APPS_HNN_ROLLOUT_H
 
 #include "apps/options.h"
 #include "apps/output/outputs.h"

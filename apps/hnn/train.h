@@ -1,8 +1,8 @@
 /* The parts of `leastaction train`: setup of samples, model and method from the options
    (train_setup), progress and checkpoints (train_watch), output
    (train_report, train_curve). */
-#ifndef APPS_TRAIN_H
-#define APPS_TRAIN_H
+#ifndef APPS_HNN_TRAIN_H
+#define APPS_HNN_TRAIN_H
 
 #include "apps/options.h"
 #include "apps/output/progress.h"

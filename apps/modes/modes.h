@@ -1,6 +1,6 @@
 /* The parts of `leastaction modes`: the run (cmd_modes), output (modes_report). */
-#ifndef APPS_MODES_H
-#define APPS_MODES_H
+#ifndef APPS_MODES_MODES_H
+#define APPS_MODES_MODES_H
 
 #include "apps/options.h"
 #include "apps/output/plot.h"

@@ -1,6 +1,6 @@
 /* A JSON object written as a stream (RFC 8259). Keys are string literals. */
-#ifndef APPS_JSON_H
-#define APPS_JSON_H
+#ifndef APPS_OUTPUT_JSON_H
+#define APPS_OUTPUT_JSON_H
 
 #include <stdbool.h>
 #include <stddef.h>

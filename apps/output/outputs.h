@@ -1,7 +1,7 @@
 /* The output files of a run. All are begun before it starts, so that an unwritable one is detected
    before anything is computed. */
-#ifndef APPS_OUTPUTS_H
-#define APPS_OUTPUTS_H
+#ifndef APPS_OUTPUT_OUTPUTS_H
+#define APPS_OUTPUT_OUTPUTS_H
 
 #include "apps/options.h"
 #include "plot.h"

@@ -8,8 +8,8 @@
    The gnuplot variable `data` is the name of the data file; terminal and output are set, and the
    axes are grey, left and below. Strings from outside must pass through quote_gnuplot (quote.h).
    Without gnuplot, data and commands are kept as fig.svg.dat and fig.svg.gp. */
-#ifndef APPS_PLOT_H
-#define APPS_PLOT_H
+#ifndef APPS_OUTPUT_PLOT_H
+#define APPS_OUTPUT_PLOT_H
 
 #include "apps/quote.h"
 #include "physics/io/atomic_file.h"

@@ -1,6 +1,6 @@
 /* A progress line: updated in place on a terminal, one line a minute elsewhere. */
-#ifndef APPS_PROGRESS_H
-#define APPS_PROGRESS_H
+#ifndef APPS_OUTPUT_PROGRESS_H
+#define APPS_OUTPUT_PROGRESS_H
 
 #include <stdbool.h>
 #include <stdio.h>

@@ -11,8 +11,8 @@
    Errors of adding rows are sticky: the first failed allocation is kept, and report_print,
    report_json and report_file return it. Units and texts are copied, keys and labels are not.
    Numbers that are not finite are null in JSON, NaN in HDF5, and blank in the text. */
-#ifndef APPS_REPORT_H
-#define APPS_REPORT_H
+#ifndef APPS_OUTPUT_REPORT_H
+#define APPS_OUTPUT_REPORT_H
 
 #include "apps/options.h"
 #include "physics/io/hdf5_file.h"

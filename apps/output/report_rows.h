@@ -1,6 +1,6 @@
 /* Rows of a report, for what writes them (report.h). */
-#ifndef APPS_REPORT_ROWS_H
-#define APPS_REPORT_ROWS_H
+#ifndef APPS_OUTPUT_REPORT_ROWS_H
+#define APPS_OUTPUT_REPORT_ROWS_H
 
 #include "report.h"
 

@@ -1,6 +1,6 @@
 /* Text results for --csv: a file that is replaced atomically, or standard output for "-". */
-#ifndef APPS_RESULT_H
-#define APPS_RESULT_H
+#ifndef APPS_OUTPUT_RESULT_H
+#define APPS_OUTPUT_RESULT_H
 
 #include "physics/io/atomic_file.h"
 

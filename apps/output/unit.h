@@ -1,6 +1,6 @@
 /* Units as printed. */
-#ifndef APPS_UNIT_H
-#define APPS_UNIT_H
+#ifndef APPS_OUTPUT_UNIT_H
+#define APPS_OUTPUT_UNIT_H
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* The parts of `leastaction path`: options, setup (path_setup, and path_tolerance for --tol), run
    and record (path_record), output (path_write, path_picture). */
-#ifndef APPS_PATH_H
-#define APPS_PATH_H
+#ifndef APPS_PATH_PATH_H
+#define APPS_PATH_PATH_H
 
 #include "apps/options.h"
 #include "apps/output/plot.h"

@@ -1,8 +1,8 @@
 /* The parts of `leastaction quantum`: setup (quantum_setup), run and errors (quantum_run), output
    (quantum_write, quantum_picture); the published variant beside the correct one (quantum_paper),
    and two dimensions (quantum_slit). */
-#ifndef APPS_QUANTUM_H
-#define APPS_QUANTUM_H
+#ifndef APPS_QUANTUM_QUANTUM_H
+#define APPS_QUANTUM_QUANTUM_H
 
 #include "apps/options.h"
 #include "apps/output/outputs.h"

@@ -1,7 +1,7 @@
 /* The published variant beside the same scene with a correct kernel: run (quantum_paper.c), picture
    (quantum_paper_picture.c). */
-#ifndef APPS_QUANTUM_PAPER_H
-#define APPS_QUANTUM_PAPER_H
+#ifndef APPS_QUANTUM_QUANTUM_PAPER_H
+#define APPS_QUANTUM_QUANTUM_PAPER_H
 
 #include "quantum.h"
 #include "quantum/published.h"

@@ -1,6 +1,6 @@
 /* The double slit as a command: run (quantum_slit.c), picture (quantum_slit_picture.c). */
-#ifndef APPS_QUANTUM_SLIT_H
-#define APPS_QUANTUM_SLIT_H
+#ifndef APPS_QUANTUM_QUANTUM_SLIT_H
+#define APPS_QUANTUM_QUANTUM_SLIT_H
 
 #include "quantum.h"
 #include "quantum/slit.h"

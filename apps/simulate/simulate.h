@@ -1,8 +1,8 @@
 /* The parts of `leastaction simulate`: setup (cmd_simulate, simulate_ephemeris), output
    (simulate_report, simulate_write, simulate_picture, gas_picture); many motions
    (simulate_ensemble). */
-#ifndef APPS_SIMULATE_H
-#define APPS_SIMULATE_H
+#ifndef APPS_SIMULATE_SIMULATE_H
+#define APPS_SIMULATE_SIMULATE_H
 
 #include "apps/options.h"
 #include "apps/output/plot.h"

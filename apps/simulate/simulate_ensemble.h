@@ -1,6 +1,6 @@
 /* Inside of simulate --ensemble. */
-#ifndef APPS_SIMULATE_ENSEMBLE_H
-#define APPS_SIMULATE_ENSEMBLE_H
+#ifndef APPS_SIMULATE_SIMULATE_ENSEMBLE_H
+#define APPS_SIMULATE_SIMULATE_ENSEMBLE_H
 
 #include "simulate.h"
 #include "apps/output/outputs.h"

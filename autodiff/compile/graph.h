@@ -2,8 +2,8 @@
    sink.c group values into segments, order.c orders these, accumulate.c sums in place; the files of
    plan.h assign memory.
  */
-#ifndef AUTODIFF_GRAPH_H
-#define AUTODIFF_GRAPH_H
+#ifndef AUTODIFF_COMPILE_GRAPH_H
+#define AUTODIFF_COMPILE_GRAPH_H
 
 #include "autodiff/exec/program.h"
 

@@ -1,7 +1,7 @@
 /* Passes while they are sought: passes.c finds groups that form one, windows.c gives them memory.
  */
-#ifndef AUTODIFF_PASSES_H
-#define AUTODIFF_PASSES_H
+#ifndef AUTODIFF_COMPILE_PASSES_H
+#define AUTODIFF_COMPILE_PASSES_H
 
 #include "plan.h"
 

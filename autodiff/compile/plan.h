@@ -1,7 +1,7 @@
 /* From schedule to program: passes over columns (passes.c, windows.c), memory of values
    (storage.c), tiles (tiles.c), instructions (emit.c). */
-#ifndef AUTODIFF_PLAN_H
-#define AUTODIFF_PLAN_H
+#ifndef AUTODIFF_COMPILE_PLAN_H
+#define AUTODIFF_COMPILE_PLAN_H
 
 #include "graph.h"
 

@@ -1,8 +1,8 @@
 /* Direct evaluation: runs a recording over its own nodes, values forward and adjoints backward,
    without compiling it. evaluate.c has the public functions; sweeps.c, compiled for f32 and f64,
    the two sweeps, with formulas and derivatives from ops.def. */
-#ifndef AUTODIFF_DIRECT_H
-#define AUTODIFF_DIRECT_H
+#ifndef AUTODIFF_DIRECT_DIRECT_H
+#define AUTODIFF_DIRECT_DIRECT_H
 
 #include "autodiff/custom.h"
 #include "autodiff/internal.h"

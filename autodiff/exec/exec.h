@@ -1,6 +1,6 @@
 /* Internals of the executor: tiles of fused segments, segments of one operation. */
-#ifndef AUTODIFF_EXEC_H
-#define AUTODIFF_EXEC_H
+#ifndef AUTODIFF_EXEC_EXEC_H
+#define AUTODIFF_EXEC_EXEC_H
 
 #include "program.h"
 

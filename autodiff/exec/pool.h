@@ -1,7 +1,7 @@
 /* Threads that wait asleep for parts of a computation. The caller computes, too, and waits only for
    parts that a thread has begun: on a busy machine it does all of them itself. */
-#ifndef AUTODIFF_POOL_H
-#define AUTODIFF_POOL_H
+#ifndef AUTODIFF_EXEC_POOL_H
+#define AUTODIFF_EXEC_POOL_H
 
 #include <stddef.h>
 

@@ -1,6 +1,6 @@
 /* Internals of the gradient: the state of one reverse sweep, and its rules. */
-#ifndef AUTODIFF_SWEEP_H
-#define AUTODIFF_SWEEP_H
+#ifndef AUTODIFF_GRADIENT_SWEEP_H
+#define AUTODIFF_GRADIENT_SWEEP_H
 
 #include "autodiff/internal.h"
 

@@ -1,8 +1,8 @@
 /* Internals of sparse Jacobians: their sparsity pattern (pattern.c, over sets of columns in
    sets.c), the colouring of columns or rows (colours.c), which of these takes the fewest runs
    (directions.c), the seeds and the program (record.c), and its runs (jacobian.c). */
-#ifndef AUTODIFF_JACOBIAN_H
-#define AUTODIFF_JACOBIAN_H
+#ifndef AUTODIFF_JACOBIAN_JACOBIAN_H
+#define AUTODIFF_JACOBIAN_JACOBIAN_H
 
 #include "autodiff/derivatives.h"
 #include "autodiff/internal.h"

@@ -1,6 +1,6 @@
 /* Kernels: the loops over lanes, built once per element type and instruction set. */
-#ifndef AUTODIFF_KERNELS_H
-#define AUTODIFF_KERNELS_H
+#ifndef AUTODIFF_KERNELS_KERNELS_H
+#define AUTODIFF_KERNELS_KERNELS_H
 
 #include "autodiff/autodiff.h"
 

@@ -1,6 +1,6 @@
 /* Files of the cache, shared by reading (cache.c) and writing (build.c). */
-#ifndef AUTODIFF_CACHE_H
-#define AUTODIFF_CACHE_H
+#ifndef AUTODIFF_NATIVE_CACHE_H
+#define AUTODIFF_NATIVE_CACHE_H
 
 #include "autodiff/hash.h"
 #include "native.h"

@@ -1,6 +1,6 @@
 /* The system's C compiler, for the native back end. */
-#ifndef AUTODIFF_CC_H
-#define AUTODIFF_CC_H
+#ifndef AUTODIFF_NATIVE_CC_H
+#define AUTODIFF_NATIVE_CC_H
 
 #include "autodiff/autodiff.h"
 

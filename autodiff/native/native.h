@@ -6,8 +6,8 @@
 
    A function keeps in registers what the interpreter keeps in tiles, and does the same operations
    in the same order: values agree to rounding. */
-#ifndef AUTODIFF_NATIVE_H
-#define AUTODIFF_NATIVE_H
+#ifndef AUTODIFF_NATIVE_NATIVE_H
+#define AUTODIFF_NATIVE_NATIVE_H
 
 #include "cc.h"
 #include "autodiff/exec/program.h"

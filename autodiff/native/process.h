@@ -1,6 +1,6 @@
 /* Starts other programs, without a shell. */
-#ifndef AUTODIFF_PROCESS_H
-#define AUTODIFF_PROCESS_H
+#ifndef AUTODIFF_NATIVE_PROCESS_H
+#define AUTODIFF_NATIVE_PROCESS_H
 
 #include <signal.h>
 #include <sys/types.h>

@@ -1,7 +1,7 @@
 /* Loops as they run: one step is a program, run over and over. The way back is the program of its
    adjoint, on states that are stored or computed again from stored ones (checkpoints.c). */
-#ifndef AUTODIFF_SCAN_H
-#define AUTODIFF_SCAN_H
+#ifndef AUTODIFF_SCAN_SCAN_H
+#define AUTODIFF_SCAN_SCAN_H
 
 #include "autodiff/internal.h"
 

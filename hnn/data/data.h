@@ -12,8 +12,8 @@
    chosen by name or by number from 1. In HDF5 a column is a one-dimensional array of numbers,
    named by its path, or NAME.1, NAME.2 ... of a two-dimensional one; the attribute "columns" of
    the file, names with commas between, gives them an order. */
-#ifndef HNN_DATA_H
-#define HNN_DATA_H
+#ifndef HNN_DATA_DATA_H
+#define HNN_DATA_DATA_H
 
 #include "hnn/hnn.h"
 

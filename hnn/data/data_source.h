@@ -1,6 +1,6 @@
 /* Columns of numbers from a file of any kind, read in blocks of rows. */
-#ifndef HNN_DATA_SOURCE_H
-#define HNN_DATA_SOURCE_H
+#ifndef HNN_DATA_DATA_SOURCE_H
+#define HNN_DATA_DATA_SOURCE_H
 
 #include "hnn/model/internal.h"
 #include "physics/io/csv.h"

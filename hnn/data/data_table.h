@@ -1,6 +1,6 @@
 /* A data set being read: the plan, the chosen columns, and the use of each row. */
-#ifndef HNN_DATA_TABLE_H
-#define HNN_DATA_TABLE_H
+#ifndef HNN_DATA_DATA_TABLE_H
+#define HNN_DATA_DATA_TABLE_H
 
 #include "data.h"
 #include "data_source.h"

@@ -8,8 +8,8 @@
        rollout/    motion by a model, its errors       rollout.h
        pixels/     frames, rendering, prediction       pixels.h, latent.h, pixel_energy.h
        train/      losses, optimisers, checkpoints     hnn.h; inside: train.h */
-#ifndef HNN_INTERNAL_H
-#define HNN_INTERNAL_H
+#ifndef HNN_MODEL_INTERNAL_H
+#define HNN_MODEL_INTERNAL_H
 
 #include "hnn/hnn.h"
 #include "physics/io/random.h"

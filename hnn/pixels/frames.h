@@ -1,6 +1,6 @@
 /* Shared by the files that make and read frames. */
-#ifndef HNN_FRAMES_H
-#define HNN_FRAMES_H
+#ifndef HNN_PIXELS_FRAMES_H
+#define HNN_PIXELS_FRAMES_H
 
 #include "hnn/model/internal.h"
 #include "pixels.h"

@@ -6,8 +6,8 @@
    hnn_rollout_settings), .n = 301, .t = t}, 784, &path, frames, &info, &error);
 
    Time is counted in frames, as in the loss. */
-#ifndef HNN_LATENT_H
-#define HNN_LATENT_H
+#ifndef HNN_PIXELS_LATENT_H
+#define HNN_PIXELS_LATENT_H
 
 #include "hnn/rollout/rollout.h"
 #include "pixels.h"

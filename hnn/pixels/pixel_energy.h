@@ -12,8 +12,8 @@
 
    (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, IX.3), zero when hanging at
    rest: both the true energy and the measured one are this E. */
-#ifndef HNN_PIXEL_ENERGY_H
-#define HNN_PIXEL_ENERGY_H
+#ifndef HNN_PIXELS_PIXEL_ENERGY_H
+#define HNN_PIXELS_PIXEL_ENERGY_H
 
 #include "pixels.h"
 

@@ -14,8 +14,8 @@
    A single frame has no velocity. A sample is therefore a pair of successive frames, stacked: 2
    height width pixels in a row. Frames are contiguous in memory, so pair k is the data that begin
    at frame k, without a copy; the pair one step later begins at frame k + 1. */
-#ifndef HNN_PIXELS_H
-#define HNN_PIXELS_H
+#ifndef HNN_PIXELS_PIXELS_H
+#define HNN_PIXELS_PIXELS_H
 
 #include "hnn/hnn.h"
 

@@ -1,6 +1,6 @@
 /* Geometry of the rod of pixels.h in a grid of pixels (render.c), for the filters (filter.c). */
-#ifndef HNN_RENDER_H
-#define HNN_RENDER_H
+#ifndef HNN_PIXELS_RENDER_H
+#define HNN_PIXELS_RENDER_H
 
 #include "pixels.h"
 

@@ -9,8 +9,8 @@
    A rollout needs a struct phys_ode: a vector field y' = f(t, y), y = (q, p), and, for energies,
    E(t, y). A model gives one (hnn_model_ode), so does a published system (hnn_task_ode); any other
    model can be given as callbacks. */
-#ifndef HNN_ROLLOUT_H
-#define HNN_ROLLOUT_H
+#ifndef HNN_ROLLOUT_ROLLOUT_H
+#define HNN_ROLLOUT_ROLLOUT_H
 
 #include "hnn/data/data.h"
 

@@ -1,7 +1,7 @@
 /* The systems with which Hamiltonian neural networks were published, as models of data (data.h):
    one file each, one line each in the table of task.c. Other folders find them by hnn_task_find. */
-#ifndef HNN_TASK_H
-#define HNN_TASK_H
+#ifndef HNN_TASKS_TASK_H
+#define HNN_TASKS_TASK_H
 
 #include "hnn/data/data.h"
 #include "hnn/model/internal.h"

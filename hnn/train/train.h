@@ -2,8 +2,8 @@
    gradients (train_loss, train_step), optimisers, schedules and averages,
    checkpoints and resumption (train_state). Other folders use the trainer of hnn/hnn.h, and for
    measurements of speed hnn/train/train_speed.h. */
-#ifndef HNN_TRAIN_H
-#define HNN_TRAIN_H
+#ifndef HNN_TRAIN_TRAIN_H
+#define HNN_TRAIN_TRAIN_H
 
 #include "hnn/model/internal.h"
 

@@ -1,6 +1,6 @@
 /* Single steps of a training, for measurements of speed (apps/bench). */
-#ifndef HNN_TRAIN_SPEED_H
-#define HNN_TRAIN_SPEED_H
+#ifndef HNN_TRAIN_TRAIN_SPEED_H
+#define HNN_TRAIN_TRAIN_SPEED_H
 
 #include "hnn/hnn.h"
 

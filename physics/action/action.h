@@ -1,6 +1,6 @@
 /* The action of a discretised path: quadrature rules on elements, and the action on the tape. */
-#ifndef PHYSICS_ACTION_H
-#define PHYSICS_ACTION_H
+#ifndef PHYSICS_ACTION_ACTION_H
+#define PHYSICS_ACTION_ACTION_H
 
 #include "physics/system/system.h"
 

@@ -2,8 +2,8 @@
    some point, found on the tape whatever the values; and colours of the coordinates, such that no
    row couples two of the same colour: one product with the sum of their unit vectors gives all
    columns of a colour (Curtis, Powell, Reid, J. Inst. Math. Appl. 13, 1974). */
-#ifndef PHYSICS_COUPLING_H
-#define PHYSICS_COUPLING_H
+#ifndef PHYSICS_ACTION_COUPLING_H
+#define PHYSICS_ACTION_COUPLING_H
 
 #include "action.h"
 

@@ -1,7 +1,7 @@
 /* L with its first and second derivatives at any number of points, recorded once for a block of
    them: grids of all rules, lengths and times are evaluated by the same programs. */
-#ifndef PHYSICS_DERIVATIVES_H
-#define PHYSICS_DERIVATIVES_H
+#ifndef PHYSICS_ACTION_DERIVATIVES_H
+#define PHYSICS_ACTION_DERIVATIVES_H
 
 #include "coupling.h"
 #include "internal.h"

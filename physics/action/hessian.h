@@ -1,8 +1,8 @@
 /* The Hessian of the discretised action, element by element. S = dt sum over points of weight L(q,
    v, t) is a sum over elements, so its Hessian is a sum of small symmetric matrices, one per
    element, which couple the nodes of that element alone. */
-#ifndef PHYSICS_HESSIAN_H
-#define PHYSICS_HESSIAN_H
+#ifndef PHYSICS_ACTION_HESSIAN_H
+#define PHYSICS_ACTION_HESSIAN_H
 
 #include "derivatives.h"
 

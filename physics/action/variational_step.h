@@ -3,8 +3,8 @@
    one element as a function of its nodes X_0 ... X_s,
        p = -dS/dX_0,   0 = dS/dX_k (0 < k < s),   p' = dS/dX_s
    give the nodes and the final momentum p' from position and momentum at the start. */
-#ifndef PHYSICS_VARIATIONAL_STEP_H
-#define PHYSICS_VARIATIONAL_STEP_H
+#ifndef PHYSICS_ACTION_VARIATIONAL_STEP_H
+#define PHYSICS_ACTION_VARIATIONAL_STEP_H
 
 #include "hessian.h"
 

@@ -1,6 +1,6 @@
 /* Systems of the Sun and its planets, with and without tables of Horizons. */
-#ifndef PHYSICS_EPHEMERIS_H
-#define PHYSICS_EPHEMERIS_H
+#ifndef PHYSICS_EPHEMERIS_EPHEMERIS_H
+#define PHYSICS_EPHEMERIS_EPHEMERIS_H
 
 #include "physics/system/system.h"
 

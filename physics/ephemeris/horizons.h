@@ -11,8 +11,8 @@
    labelled or bare rows; units KM-S, KM-D, AU-D; epochs in TDB (JDTDB, formerly JDCT); any header
    before. Columns are found by their names, so further ones (delta-T, uncertainties) do no harm. A
    table must hold geometric cartesian states at increasing epochs in equal steps. */
-#ifndef PHYSICS_HORIZONS_H
-#define PHYSICS_HORIZONS_H
+#ifndef PHYSICS_EPHEMERIS_HORIZONS_H
+#define PHYSICS_EPHEMERIS_HORIZONS_H
 
 #include "autodiff/autodiff.h"
 

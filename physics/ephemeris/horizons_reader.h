@@ -1,6 +1,6 @@
 /* Internals of the Horizons reader: the state of a table being read. */
-#ifndef PHYSICS_HORIZONS_READER_H
-#define PHYSICS_HORIZONS_READER_H
+#ifndef PHYSICS_EPHEMERIS_HORIZONS_READER_H
+#define PHYSICS_EPHEMERIS_HORIZONS_READER_H
 
 #include "horizons.h"
 

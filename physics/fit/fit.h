@@ -10,8 +10,8 @@
    Marquardt, with the derivatives of the motion by parameters and starts. Motions are followed in
    stretches that begin at the data, and join as the iteration goes on (multiple shooting; Bock,
    1983), so that chaotic motions and rough first values do no harm. */
-#ifndef PHYSICS_FIT_H
-#define PHYSICS_FIT_H
+#ifndef PHYSICS_FIT_FIT_H
+#define PHYSICS_FIT_FIT_H
 
 #include "physics/system/system.h"
 

@@ -1,6 +1,6 @@
 /* Pairs of near bodies in the plane, found in time proportional to the number of bodies. */
-#ifndef PHYSICS_CELLS_H
-#define PHYSICS_CELLS_H
+#ifndef PHYSICS_GAS_CELL_LIST_H
+#define PHYSICS_GAS_CELL_LIST_H
 
 #include "autodiff/autodiff.h"
 

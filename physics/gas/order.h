@@ -1,6 +1,6 @@
 /* Measures of order in the plane: disordered like a gas, or in the hexagons of a crystal. */
-#ifndef PHYSICS_ORDER_H
-#define PHYSICS_ORDER_H
+#ifndef PHYSICS_GAS_ORDER_H
+#define PHYSICS_GAS_ORDER_H
 
 #include "physics/system/system.h"
 

@@ -1,6 +1,6 @@
 /* Integrators: methods for initial-value problems, by name. */
-#ifndef PHYSICS_INTEGRATORS_H
-#define PHYSICS_INTEGRATORS_H
+#ifndef PHYSICS_INTEGRATORS_INTEGRATORS_H
+#define PHYSICS_INTEGRATORS_INTEGRATORS_H
 
 #include "physics/ode/ode.h"
 

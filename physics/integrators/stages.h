@@ -1,6 +1,6 @@
 /* Solution of the stage equations of collocation, F_i = f(t + c_i h, y + h sum_j a_ij F_j). */
-#ifndef PHYSICS_STAGES_H
-#define PHYSICS_STAGES_H
+#ifndef PHYSICS_INTEGRATORS_STAGES_H
+#define PHYSICS_INTEGRATORS_STAGES_H
 
 #include "stepper.h"
 

@@ -1,6 +1,6 @@
 /* The state of a method on one problem, shared by the integrators and the driver. */
-#ifndef PHYSICS_STEPPER_H
-#define PHYSICS_STEPPER_H
+#ifndef PHYSICS_INTEGRATORS_STEPPER_H
+#define PHYSICS_INTEGRATORS_STEPPER_H
 
 #include "integrators.h"
 

@@ -11,8 +11,8 @@
    created only where nothing, not even a symbolic link, has that name, and is locked (flock) while
    its process lives. Begin removes unlocked ones in the same folder, which killed processes have
    left. */
-#ifndef PHYSICS_ATOMIC_FILE_H
-#define PHYSICS_ATOMIC_FILE_H
+#ifndef PHYSICS_IO_ATOMIC_FILE_H
+#define PHYSICS_IO_ATOMIC_FILE_H
 
 #include "autodiff/autodiff.h"
 

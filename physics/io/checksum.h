@@ -1,8 +1,8 @@
 /* A file's own checksum in its first bytes, which HDF5 leaves to the user (the user block). HDF5
    checks little of what it reads and may crash on a file with a changed byte; the checksum is
    verified before HDF5 reads the file. It detects accidental changes, not malicious ones. */
-#ifndef PHYSICS_SEAL_H
-#define PHYSICS_SEAL_H
+#ifndef PHYSICS_IO_CHECKSUM_H
+#define PHYSICS_IO_CHECKSUM_H
 
 #include "autodiff/autodiff.h"
 

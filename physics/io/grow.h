@@ -1,6 +1,6 @@
 /* Arrays that grow by one element at a time. */
-#ifndef PHYSICS_GROW_H
-#define PHYSICS_GROW_H
+#ifndef PHYSICS_IO_GROW_H
+#define PHYSICS_IO_GROW_H
 
 #include <stdbool.h>
 #include <stdint.h>

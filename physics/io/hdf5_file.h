@@ -6,8 +6,8 @@
    and commit returns it. Names are paths inside the file ("parameters", "history/action"); missing
    groups are created. Call from one thread at a time. HDF5's own error messages are switched off
    for the thread that opens a file. */
-#ifndef PHYSICS_RUNFILE_H
-#define PHYSICS_RUNFILE_H
+#ifndef PHYSICS_IO_HDF5_FILE_H
+#define PHYSICS_IO_HDF5_FILE_H
 
 #include "autodiff/autodiff.h"
 

@@ -1,6 +1,6 @@
 /* Internals shared by the files hdf5_*.c, the only ones that call HDF5. */
-#ifndef PHYSICS_RUNFILE_H5_H
-#define PHYSICS_RUNFILE_H5_H
+#ifndef PHYSICS_IO_HDF5_HANDLES_H
+#define PHYSICS_IO_HDF5_HANDLES_H
 
 #define H5_USE_110_API /* one spelling of H5Ovisit in every version since 1.10 */
 #include "hdf5_file.h"

@@ -1,6 +1,6 @@
 /* Walk over all objects of an HDF5 file: each once, by name, a group before its contents. */
-#ifndef PHYSICS_HDF5_WALK_H
-#define PHYSICS_HDF5_WALK_H
+#ifndef PHYSICS_IO_HDF5_WALK_H
+#define PHYSICS_IO_HDF5_WALK_H
 
 #include "hdf5_handles.h"
 

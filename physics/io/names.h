@@ -1,6 +1,6 @@
 /* Looking up names in tables, with the nearest name for errors. */
-#ifndef PHYSICS_NAMES_H
-#define PHYSICS_NAMES_H
+#ifndef PHYSICS_IO_NAMES_H
+#define PHYSICS_IO_NAMES_H
 
 #include "autodiff/autodiff.h"
 

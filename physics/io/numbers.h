@@ -1,6 +1,6 @@
 /* Parsing numbers in text files, and quoting the text that was found instead of one. */
-#ifndef PHYSICS_TEXT_H
-#define PHYSICS_TEXT_H
+#ifndef PHYSICS_IO_NUMBERS_H
+#define PHYSICS_IO_NUMBERS_H
 
 #include <stdbool.h>
 

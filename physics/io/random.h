@@ -1,6 +1,6 @@
 /* Random numbers that depend on the seed alone, on every machine. */
-#ifndef PHYSICS_RANDOM_H
-#define PHYSICS_RANDOM_H
+#ifndef PHYSICS_IO_RANDOM_H
+#define PHYSICS_IO_RANDOM_H
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,6 +1,6 @@
 /* Temporary files beside their targets: creation and removal of abandoned ones (atomic_file.h). */
-#ifndef PHYSICS_TEMPORARY_FILE_H
-#define PHYSICS_TEMPORARY_FILE_H
+#ifndef PHYSICS_IO_TEMPORARY_FILE_H
+#define PHYSICS_IO_TEMPORARY_FILE_H
 
 #include <stddef.h>
 

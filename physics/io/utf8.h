@@ -1,6 +1,6 @@
 /* Printable characters of UTF-8 text. */
-#ifndef PHYSICS_UTF8_H
-#define PHYSICS_UTF8_H
+#ifndef PHYSICS_IO_UTF8_H
+#define PHYSICS_IO_UTF8_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -1,6 +1,6 @@
 /* Checks of a Lagrangian: finite values, gradients against differences, independence of slices. */
-#ifndef PHYSICS_CHECK_H
-#define PHYSICS_CHECK_H
+#ifndef PHYSICS_LAGRANGIAN_CHECK_H
+#define PHYSICS_LAGRANGIAN_CHECK_H
 
 #include "physics/system/system.h"
 

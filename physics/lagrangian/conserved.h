@@ -1,8 +1,8 @@
 /* Quantities conserved by a Lagrangian (Noether's theorem): energy if L does not depend on time
    explicitly, momentum if it is invariant under translation of all bodies, angular momentum if
    under rotation. */
-#ifndef PHYSICS_CONSERVED_H
-#define PHYSICS_CONSERVED_H
+#ifndef PHYSICS_LAGRANGIAN_CONSERVED_H
+#define PHYSICS_LAGRANGIAN_CONSERVED_H
 
 #include "physics/system/system.h"
 

@@ -1,6 +1,6 @@
 /* Accelerations of a Lagrangian, and the published paths that follow them on equal slices. */
-#ifndef PHYSICS_EULER_LAGRANGE_H
-#define PHYSICS_EULER_LAGRANGE_H
+#ifndef PHYSICS_LAGRANGIAN_EULER_LAGRANGE_H
+#define PHYSICS_LAGRANGIAN_EULER_LAGRANGE_H
 
 #include "physics/system/system.h"
 

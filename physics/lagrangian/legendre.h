@@ -1,6 +1,6 @@
 /* The Legendre transformation: momenta and energy of a Lagrangian. */
-#ifndef PHYSICS_LEGENDRE_H
-#define PHYSICS_LEGENDRE_H
+#ifndef PHYSICS_LAGRANGIAN_LEGENDRE_H
+#define PHYSICS_LAGRANGIAN_LEGENDRE_H
 
 #include "physics/system/system.h"
 

@@ -1,6 +1,6 @@
 /* Condition of the mass matrix L_vv: how accurately it can be solved with. */
-#ifndef PHYSICS_MASS_H
-#define PHYSICS_MASS_H
+#ifndef PHYSICS_LAGRANGIAN_MASS_H
+#define PHYSICS_LAGRANGIAN_MASS_H
 
 #include <stddef.h>
 

@@ -1,7 +1,7 @@
 /* Linear algebra for physics/ and quantum/: LAPACK on small and banded systems, and a complex
    matrix product. Matrices are row-major unless stated otherwise. */
-#ifndef PHYSICS_LINEAR_H
-#define PHYSICS_LINEAR_H
+#ifndef PHYSICS_LINEAR_LINEAR_H
+#define PHYSICS_LINEAR_LINEAR_H
 
 #include <stdbool.h>
 #include <stddef.h>

@@ -8,8 +8,8 @@
    a small motion x about it follows M x'' + G x' + K x = 0, and x = Re(shape e^(s t)) with s =
    growth + i frequency: the quadratic eigenproblem (Tisseur, Meerbergen, SIAM Rev. 43, 2001), by
    LAPACK. In a turning frame and in a magnetic field G is not 0. */
-#ifndef PHYSICS_MODES_H
-#define PHYSICS_MODES_H
+#ifndef PHYSICS_MODES_MODES_H
+#define PHYSICS_MODES_MODES_H
 
 #include "physics/system/system.h"
 

@@ -7,8 +7,8 @@
    from t0 to t1, in place phys_ode_free(&ode);
 
    Vector fields: physics/ode/ode.h; methods: physics/integrators/integrators.h. */
-#ifndef PHYSICS_INTEGRATE_H
-#define PHYSICS_INTEGRATE_H
+#ifndef PHYSICS_MOTION_MOTION_H
+#define PHYSICS_MOTION_MOTION_H
 
 #include "physics/integrators/integrators.h"
 #include "physics/lagrangian/legendre.h"

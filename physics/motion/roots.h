@@ -1,6 +1,6 @@
 /* All roots of a smooth function on an interval, isolated (roots.c; docs/theory.md, Events). */
-#ifndef PHYSICS_ROOTS_H
-#define PHYSICS_ROOTS_H
+#ifndef PHYSICS_MOTION_ROOTS_H
+#define PHYSICS_MOTION_ROOTS_H
 
 #include <stddef.h>
 

@@ -1,6 +1,6 @@
 /* Internals of a simulation: its state, steps (simulate_step.c), and events (simulate_events.c). */
-#ifndef PHYSICS_SIMULATE_H
-#define PHYSICS_SIMULATE_H
+#ifndef PHYSICS_MOTION_RUN_H
+#define PHYSICS_MOTION_RUN_H
 
 #include "motion.h"
 #include "physics/integrators/stepper.h"

@@ -1,7 +1,7 @@
 /* Initial-value problems y' = f(t, y): the vector field of a Lagrangian, of a Hamiltonian, or of a
    user's callback. */
-#ifndef PHYSICS_ODE_H
-#define PHYSICS_ODE_H
+#ifndef PHYSICS_ODE_ODE_H
+#define PHYSICS_ODE_ODE_H
 
 #include "physics/system/system.h"
 

@@ -1,6 +1,6 @@
 /* Whether the motion has the same stationary path as the grid. */
-#ifndef PHYSICS_GRID_INDEPENDENCE_H
-#define PHYSICS_GRID_INDEPENDENCE_H
+#ifndef PHYSICS_PATH_GRID_INDEPENDENCE_H
+#define PHYSICS_PATH_GRID_INDEPENDENCE_H
 
 #include "internal.h"
 

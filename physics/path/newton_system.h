@@ -1,8 +1,8 @@
 /* The Newton step: the element matrices of the Hessian as one band matrix over the free nodes, in
    order of time or by coordinate, solved by LAPACK's banded LU; or by blocks (block_tridiagonal.h),
    as damped steps are where ordering by coordinate gives no narrower band. */
-#ifndef PHYSICS_NEWTON_SYSTEM_H
-#define PHYSICS_NEWTON_SYSTEM_H
+#ifndef PHYSICS_PATH_NEWTON_SYSTEM_H
+#define PHYSICS_PATH_NEWTON_SYSTEM_H
 
 #include "block_tridiagonal.h"
 

@@ -1,6 +1,6 @@
 /* Stationary paths between two ends: solvers, verification, search for all of them. */
-#ifndef PHYSICS_PATH_H
-#define PHYSICS_PATH_H
+#ifndef PHYSICS_PATH_PATH_H
+#define PHYSICS_PATH_PATH_H
 
 #include "physics/action/action.h"
 

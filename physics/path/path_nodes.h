@@ -1,6 +1,6 @@
 /* Interpolation of a path between its slices: the polynomials of its rule, or cubics. */
-#ifndef PHYSICS_PATH_NODES_H
-#define PHYSICS_PATH_NODES_H
+#ifndef PHYSICS_PATH_PATH_NODES_H
+#define PHYSICS_PATH_PATH_NODES_H
 
 #include "internal.h"
 

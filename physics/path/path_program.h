@@ -1,7 +1,7 @@
 /* The common base of all path solvers: the action and its gradient as a program, the caller's
    progress function, and the reasons to stop. */
-#ifndef PHYSICS_PATH_PROGRAM_H
-#define PHYSICS_PATH_PROGRAM_H
+#ifndef PHYSICS_PATH_PATH_PROGRAM_H
+#define PHYSICS_PATH_PATH_PROGRAM_H
 
 #include "internal.h"
 #include "physics/action/hessian.h"

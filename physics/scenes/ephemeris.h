@@ -1,7 +1,7 @@
 /* Parameters of the ephemeris scene, for the functions that choose its bodies (physics/ephemeris/).
  */
-#ifndef PHYS_SCENES_EPHEMERIS_H
-#define PHYS_SCENES_EPHEMERIS_H
+#ifndef PHYSICS_SCENES_EPHEMERIS_H
+#define PHYSICS_SCENES_EPHEMERIS_H
 
 #include "ephemeris_states.h"
 

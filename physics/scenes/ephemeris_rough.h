@@ -1,6 +1,6 @@
 /* Bodies without a table: approximate positions at any date. */
-#ifndef PHYSICS_EPHEMERIS_ROUGH_H
-#define PHYSICS_EPHEMERIS_ROUGH_H
+#ifndef PHYSICS_SCENES_EPHEMERIS_ROUGH_H
+#define PHYSICS_SCENES_EPHEMERIS_ROUGH_H
 
 #include "ephemeris_states.h"
 

@@ -1,6 +1,6 @@
 /* The Sun and the inner planets at one epoch: the start of the ephemeris scene without a table. */
-#ifndef PHYSICS_EPHEMERIS_STATES_H
-#define PHYSICS_EPHEMERIS_STATES_H
+#ifndef PHYSICS_SCENES_EPHEMERIS_STATES_H
+#define PHYSICS_SCENES_EPHEMERIS_STATES_H
 
 /* State vectors from NASA/JPL Horizons (DE441; Mars: mar097), geometric, ecliptic of J2000, about
    the solar-system barycentre. SI units. */

@@ -1,6 +1,6 @@
 /* Parameters and energy of the gas scene, for physics/gas/. */
-#ifndef PHYS_SCENES_GAS_H
-#define PHYS_SCENES_GAS_H
+#ifndef PHYSICS_SCENES_GAS_H
+#define PHYSICS_SCENES_GAS_H
 
 #include "physics/system/system.h"
 

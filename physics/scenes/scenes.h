@@ -1,6 +1,6 @@
 /* The built-in scenes listed in scenes.def, one const struct per file. */
-#ifndef PHYSICS_SCENES_H
-#define PHYSICS_SCENES_H
+#ifndef PHYSICS_SCENES_SCENES_H
+#define PHYSICS_SCENES_SCENES_H
 
 #include "physics/system/internal.h"
 

@@ -1,7 +1,7 @@
 /* Limits of methods, known before they fail: the longest stable step on an oscillation, and the
    time after which a chaotic motion is unpredictable. */
-#ifndef PHYSICS_STABILITY_H
-#define PHYSICS_STABILITY_H
+#ifndef PHYSICS_STABILITY_STABILITY_H
+#define PHYSICS_STABILITY_STABILITY_H
 
 #include "physics/motion/motion.h"
 

@@ -1,8 +1,8 @@
 /* Scenes and systems. A scene is one const struct: a Lagrangian with its parameters, units and
    defaults. A system is a scene with parameter values. Paths are [dof x slices], row-major: row k
    is coordinate k over time. */
-#ifndef PHYSICS_SYSTEM_H
-#define PHYSICS_SYSTEM_H
+#ifndef PHYSICS_SYSTEM_SYSTEM_H
+#define PHYSICS_SYSTEM_SYSTEM_H
 
 #include "autodiff/autodiff.h"
 

@@ -1,6 +1,6 @@
 /* Helpers for fuzzers: bytes as a file, rewritten for every run. TMPDIR=/dev/shm makes it fast. */
-#ifndef TESTS_FUZZ_H
-#define TESTS_FUZZ_H
+#ifndef TESTS_FUZZ_FUZZ_H
+#define TESTS_FUZZ_FUZZ_H
 
 #include <stddef.h>
 #include <stdint.h>

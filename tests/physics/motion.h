@@ -1,6 +1,6 @@
 /* A scene in motion for tests: opened, started, simulated. */
-#ifndef TESTS_MOTION_H
-#define TESTS_MOTION_H
+#ifndef TESTS_PHYSICS_MOTION_H
+#define TESTS_PHYSICS_MOTION_H
 
 #include "physics/physics.h"
 

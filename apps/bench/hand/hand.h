@@ -4,8 +4,8 @@
    Each kernel is the objective of one scene at its defaults under the rule left+repeat: the mean of
    T - V over slices (and bodies, where there are any). Paths are [dof x HAND_SLICES], row-major,
    the layout of the library. */
-#ifndef APPS_HAND_H
-#define APPS_HAND_H
+#ifndef APPS_BENCH_HAND_HAND_H
+#define APPS_BENCH_HAND_HAND_H
 
 enum { HAND_SLICES = 100 };
 

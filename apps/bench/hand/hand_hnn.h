@@ -4,8 +4,8 @@
    H(q, p) = w3 . tanh(W2 tanh(W1 x + b1) + b2), x = (q, p), in f32; the loss is the mean square of
    (H_p, -H_q) less the rates. Arrays are those of the library: x and rates [2 x batch], row-major,
    and parameters one after another, W1 [width x 2], b1, W2 [width x width], b2, w3 [width]. */
-#ifndef APPS_HAND_HNN_H
-#define APPS_HAND_HNN_H
+#ifndef APPS_BENCH_HAND_HAND_HNN_H
+#define APPS_BENCH_HAND_HAND_HNN_H
 
 #include <stddef.h>
 

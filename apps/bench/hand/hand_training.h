@@ -1,6 +1,6 @@
 /* Training by the hand-written step (hand_hnn.h): the whole batch, Adam, one thread. */
-#ifndef APPS_HAND_TRAINING_H
-#define APPS_HAND_TRAINING_H
+#ifndef APPS_BENCH_HAND_HAND_TRAINING_H
+#define APPS_BENCH_HAND_HAND_TRAINING_H
 
 #include "hand_hnn.h"
 #include "hnn/hnn.h"

@@ -1,6 +1,6 @@
 /* Motions with exact solutions, to the last digits of a double. */
-#ifndef APPS_EXACT_H
-#define APPS_EXACT_H
+#ifndef APPS_BENCH_MEASURE_EXACT_H
+#define APPS_BENCH_MEASURE_EXACT_H
 
 #include <stddef.h>
 

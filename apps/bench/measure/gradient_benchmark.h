@@ -1,6 +1,6 @@
 /* Derivatives of the action by the tape against hand-written C: same function, same path. */
-#ifndef APPS_RACE_H
-#define APPS_RACE_H
+#ifndef APPS_BENCH_MEASURE_GRADIENT_BENCHMARK_H
+#define APPS_BENCH_MEASURE_GRADIENT_BENCHMARK_H
 
 #include "sized_gradient.h"
 #include "timing.h"

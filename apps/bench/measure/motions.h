@@ -1,6 +1,6 @@
 /* Test problems for integrators: a scene, a time, and the exact or reference state then. */
-#ifndef APPS_MOTIONS_H
-#define APPS_MOTIONS_H
+#ifndef APPS_BENCH_MEASURE_MOTIONS_H
+#define APPS_BENCH_MEASURE_MOTIONS_H
 
 #include "physics/motion/motion.h"
 

@@ -1,6 +1,6 @@
 /* The gradient of the action of a scene of hand.h at any number of slices, or of bodies. */
-#ifndef APPS_SIZED_GRADIENT_H
-#define APPS_SIZED_GRADIENT_H
+#ifndef APPS_BENCH_MEASURE_SIZED_GRADIENT_H
+#define APPS_BENCH_MEASURE_SIZED_GRADIENT_H
 
 #include "physics/physics.h"
 

@@ -1,6 +1,6 @@
 /* Timing of short jobs, alternating between them. */
-#ifndef APPS_TIMING_H
-#define APPS_TIMING_H
+#ifndef APPS_BENCH_MEASURE_TIMING_H
+#define APPS_BENCH_MEASURE_TIMING_H
 
 #include <stdbool.h>
 #include <stddef.h>

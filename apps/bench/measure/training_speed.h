@@ -8,8 +8,8 @@
        if (training_speed_measure(&settings, 750, 1, TIMING_ROUNDS, &speed, &error) == AD_OK)
            printf("%.2f ms, %.2f x the floor\n", speed.step_ms,
                   speed.step_ms / (speed.products_ms + speed.activation_ms)); */
-#ifndef APPS_TRAINING_SPEED_H
-#define APPS_TRAINING_SPEED_H
+#ifndef APPS_BENCH_MEASURE_TRAINING_SPEED_H
+#define APPS_BENCH_MEASURE_TRAINING_SPEED_H
 
 #include "timing.h"
 #include "hnn/hnn.h"

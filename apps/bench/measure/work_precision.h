@@ -1,7 +1,7 @@
 /* Work-precision curves: measured runs, one curve per method; the fastest method at each accuracy,
    and the picture. */
-#ifndef APPS_WORK_H
-#define APPS_WORK_H
+#ifndef APPS_BENCH_MEASURE_WORK_PRECISION_H
+#define APPS_BENCH_MEASURE_WORK_PRECISION_H
 
 #include "apps/output/figure.h"
 

@@ -1,7 +1,7 @@
 /* The problems of Microsoft's ADBench (Srajer, Kukelova, Fitzgibbon 2018) on the tape. Each file
    records one of them, on numbers by a fixed rule instead of ADBench's files. */
-#ifndef ADBENCH_H
-#define ADBENCH_H
+#ifndef DOCS_EXAMPLES_ADBENCH_ADBENCH_H
+#define DOCS_EXAMPLES_ADBENCH_ADBENCH_H
 
 #include <autodiff/autodiff.h>
 

@@ -1,7 +1,7 @@
 /* Every root of an end map (end_map.h) in a ball or shell of velocities, by boxes that are divided
    until the map is close to linear on them; where the roots are no points, families of them. */
-#ifndef PHYSICS_PATH_COVERING_H
-#define PHYSICS_PATH_COVERING_H
+#ifndef PHYSICS_PATH_ALL_COVERING_H
+#define PHYSICS_PATH_ALL_COVERING_H
 
 #include "end_map.h"
 

@@ -1,7 +1,7 @@
 /* A box of velocities with an end map (end_map.h) at its centre: what the linear part of the map
    says of roots in it. */
-#ifndef PHYSICS_PATH_END_BOX_H
-#define PHYSICS_PATH_END_BOX_H
+#ifndef PHYSICS_PATH_ALL_END_BOX_H
+#define PHYSICS_PATH_ALL_END_BOX_H
 
 #include "end_map.h"
 

@@ -1,7 +1,7 @@
 /* Where motions that begin at one place end: a map of their initial velocities, with its
    derivatives. */
-#ifndef PHYSICS_PATH_END_MAP_H
-#define PHYSICS_PATH_END_MAP_H
+#ifndef PHYSICS_PATH_ALL_END_MAP_H
+#define PHYSICS_PATH_ALL_END_MAP_H
 
 #include "physics/motion/motion.h"
 #include "physics/path/internal.h"

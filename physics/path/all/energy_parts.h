@@ -1,7 +1,7 @@
 /* Internals of energy_sweep.h: the shape of the potential (energy_levels.c), times of motions
    (energy_time.c), roots (energy_sweep.c) and paths (energy_path.c). */
-#ifndef PHYSICS_PATH_ENERGY_PARTS_H
-#define PHYSICS_PATH_ENERGY_PARTS_H
+#ifndef PHYSICS_PATH_ALL_ENERGY_PARTS_H
+#define PHYSICS_PATH_ALL_ENERGY_PARTS_H
 
 #include "energy_sweep.h"
 #include "physics/path/potential.h"

@@ -1,7 +1,7 @@
 /* Every motion of one coordinate between two positions in a given time, for L without explicit
    time: the roots of T(E) = time, one function for each initial direction and number of turns. */
-#ifndef PHYSICS_PATH_ENERGY_SWEEP_H
-#define PHYSICS_PATH_ENERGY_SWEEP_H
+#ifndef PHYSICS_PATH_ALL_ENERGY_SWEEP_H
+#define PHYSICS_PATH_ALL_ENERGY_SWEEP_H
 
 #include "physics/path/internal.h"
 

@@ -1,8 +1,8 @@
 /* Internals of the search for several stationary paths: starts (multistart.c), motions of one
    coordinate by energy (multistart_energy.c), of two and three by velocity (multistart_shots.c),
    solutions (solutions.c). */
-#ifndef PHYSICS_PATH_MULTISTART_H
-#define PHYSICS_PATH_MULTISTART_H
+#ifndef PHYSICS_PATH_ALL_MULTISTART_H
+#define PHYSICS_PATH_ALL_MULTISTART_H
 
 #include "physics/path/newton.h"
 #include "physics/motion/motion.h"

@@ -1,6 +1,6 @@
 /* Tables and pictures that a chart wrote into the work folder (shell.h). */
-#ifndef TESTS_APPS_CHART_TABLE_H
-#define TESTS_APPS_CHART_TABLE_H
+#ifndef TESTS_APPS_BENCH_CHART_TABLE_H
+#define TESTS_APPS_BENCH_CHART_TABLE_H
 
 #include <stdbool.h>
 #include <stddef.h>

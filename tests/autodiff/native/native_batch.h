@@ -1,8 +1,8 @@
 /* Machine code of many programs by one run of the compiler for each instruction set, because
    starting, linking and loading take longer than most random programs. Bypasses the cache and the
    estimate of whether compiling pays. */
-#ifndef TESTS_AUTODIFF_NATIVE_BATCH_H
-#define TESTS_AUTODIFF_NATIVE_BATCH_H
+#ifndef TESTS_AUTODIFF_NATIVE_NATIVE_BATCH_H
+#define TESTS_AUTODIFF_NATIVE_NATIVE_BATCH_H
 
 #include "autodiff/native/native.h"
 

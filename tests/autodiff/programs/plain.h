@@ -2,8 +2,8 @@
    the rounding error for every element: errors of operands, from the operation at both ends of
    their intervals, plus the operation's own, in units of the tape's type. A condition within its
    error makes the error as large as the difference of its branches. */
-#ifndef TESTS_AUTODIFF_PLAIN_H
-#define TESTS_AUTODIFF_PLAIN_H
+#ifndef TESTS_AUTODIFF_PROGRAMS_PLAIN_H
+#define TESTS_AUTODIFF_PROGRAMS_PLAIN_H
 
 #include "autodiff/autodiff.h"
 

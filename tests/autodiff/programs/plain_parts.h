@@ -1,6 +1,6 @@
 /* Parts of the plain evaluation (plain.h). */
-#ifndef TESTS_AUTODIFF_PLAIN_PARTS_H
-#define TESTS_AUTODIFF_PLAIN_PARTS_H
+#ifndef TESTS_AUTODIFF_PROGRAMS_PLAIN_PARTS_H
+#define TESTS_AUTODIFF_PROGRAMS_PLAIN_PARTS_H
 
 #include "plain.h"
 

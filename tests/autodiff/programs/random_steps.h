@@ -1,6 +1,6 @@
 /* Steps of a random recording (random_tape.h): values recorded so far, and one more. */
-#ifndef TESTS_AUTODIFF_RANDOM_STEPS_H
-#define TESTS_AUTODIFF_RANDOM_STEPS_H
+#ifndef TESTS_AUTODIFF_PROGRAMS_RANDOM_STEPS_H
+#define TESTS_AUTODIFF_PROGRAMS_RANDOM_STEPS_H
 
 #include "random_tape.h"
 

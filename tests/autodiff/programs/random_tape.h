@@ -1,6 +1,6 @@
 /* Random recordings of any length, of all operations, to compare back ends. */
-#ifndef TESTS_AUTODIFF_RANDOM_TAPE_H
-#define TESTS_AUTODIFF_RANDOM_TAPE_H
+#ifndef TESTS_AUTODIFF_PROGRAMS_RANDOM_TAPE_H
+#define TESTS_AUTODIFF_PROGRAMS_RANDOM_TAPE_H
 
 #include "plain.h"
 

@@ -1,8 +1,8 @@
 /* Random programs. A world is a tape with random operations, and for every variable its value
    computed by plain loops in f64. One seed chooses the operations, another the values of the
    inputs: the same program with other inputs is a second world. */
-#ifndef TESTS_AUTODIFF_WORLD_H
-#define TESTS_AUTODIFF_WORLD_H
+#ifndef TESTS_AUTODIFF_PROGRAMS_WORLD_H
+#define TESTS_AUTODIFF_PROGRAMS_WORLD_H
 
 #include "tests/autodiff/support.h"
 

@@ -1,6 +1,6 @@
 /* Helpers shared by the random operations of a world (world.h). */
-#ifndef TESTS_AUTODIFF_WORLD_OPERATIONS_H
-#define TESTS_AUTODIFF_WORLD_OPERATIONS_H
+#ifndef TESTS_AUTODIFF_PROGRAMS_WORLD_OPERATIONS_H
+#define TESTS_AUTODIFF_PROGRAMS_WORLD_OPERATIONS_H
 
 #include "world.h"
 

@@ -1,7 +1,7 @@
 /* Loops as tables: a step as a function of variables of any tape, so that the same step can be a
    body or be unrolled. */
-#ifndef TESTS_AUTODIFF_SCAN_CASES_H
-#define TESTS_AUTODIFF_SCAN_CASES_H
+#ifndef TESTS_AUTODIFF_SCAN_SCAN_CASES_H
+#define TESTS_AUTODIFF_SCAN_SCAN_CASES_H
 
 #include "tests/autodiff/support.h"
 

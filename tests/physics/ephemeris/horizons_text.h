@@ -1,7 +1,7 @@
 /* Horizons tables as text, in every form in which the service prints them, and what reading them
    must give. */
-#ifndef TESTS_HORIZONS_TEXT_H
-#define TESTS_HORIZONS_TEXT_H
+#ifndef TESTS_PHYSICS_EPHEMERIS_HORIZONS_TEXT_H
+#define TESTS_PHYSICS_EPHEMERIS_HORIZONS_TEXT_H
 
 #include "physics/ephemeris/horizons.h"
 

@@ -1,6 +1,6 @@
 /* A Lagrangian of a test's own, of one coordinate, that starts at q = 0.5, v = 0.25. */
-#ifndef TEST_PHYSICS_OWN_H
-#define TEST_PHYSICS_OWN_H
+#ifndef TESTS_PHYSICS_MOTION_OWN_H
+#define TESTS_PHYSICS_MOTION_OWN_H
 
 #include "tests/physics/systems.h"
 #include "physics/physics.h"
