@@ -145,8 +145,6 @@ static void test_pulses_where_steps_end(void **state)
             }
 }
 
-/* C1: a tighter tolerance is tried as long as it helps, in no more evaluations than four runs of
-   the answer. Motions of ten orbits and more. */
 /* Members of an ensemble whose pulses lie anywhere and last from 1e-4 to a twentieth of the time:
    x = t + p (t - t0). */
 static void test_pulses_of_an_ensemble(void **state)
@@ -166,6 +164,8 @@ static void test_pulses_of_an_ensemble(void **state)
     }
 }
 
+/* C1: a tighter tolerance is tried as long as it helps, in no more evaluations than four runs of
+   the answer. Motions of ten orbits and more. */
 static void test_tolerance_is_reached(void **state)
 {
     (void)state;
@@ -257,20 +257,17 @@ static void test_digits_of_events(void **state)
                 {"--integrator euler --dt 0.01", 2, 4},
                 {"--integrator dop853 --tol 1e-8", 7, 10},
                 {"--no-reference", 5, 6}};
+    static const char cosine[] = "spring --set m=1 --set k=1 --set q0=1 --set v0=0";
     for (size_t k = 0; k < LENGTH(rows); k++) {
-        shell_works(
-            "$LA simulate spring --set m=1 --set k=1 --set q0=1 --set v0=0 --time 2 --event "
-            "q=0.3 %s",
-            rows[k].how);
+        shell_works("$LA simulate %s --time 2 --event q=0.3 %s", cosine, rows[k].how);
         const char *t = strstr(shell_out(), "t = 1.") + 4;
         int digits = (int)strspn(t, "0123456789.") - 1;
         print_message("%s: %.*s\n", rows[k].how, digits + 1, t);
         assert_true(digits >= rows[k].fewest && digits <= rows[k].most);
         assert_close(strtod(t, NULL), acos(0.3), 0, 3 * pow(10, 1 - digits));
-        shell_works(
-            "$LA simulate spring --set m=1 --set k=1 --set q0=1 --set v0=0 --time 20 --json "
-            "--event energy=0.5 --event energy=0.50000001 %s",
-            rows[k].how);
+        shell_works("$LA simulate %s --time 20 --json --event energy=0.5 "
+                    "--event energy=0.50000001 %s",
+                    cosine, rows[k].how);
         assert_int_equal(count_events(), 0);
     }
     shell_works("$LA simulate freebody --set g=0 --set v0=0.7 --time 2 --json --event v_x=0.7");

@@ -16,9 +16,7 @@ static enum ad_status at_one(const void *params, uint64_t seed, double *q, doubl
                              struct ad_error *error)
 {
     static const double q0[] = {12, 0, 0}, v0[] = {0, 1.15, 0.026625};
-    (void)params;
-    (void)seed;
-    (void)error;
+    (void)params, (void)seed, (void)error;
     memcpy(q, q0, sizeof q0);
     memcpy(v, v0, sizeof v0);
     return AD_OK;
@@ -30,8 +28,7 @@ static ad_var foucault(ad_var q, ad_var v, ad_var t, const void *params)
     static const double turn = 0.1;
     ad_var x = ad_row(q, 0), y = ad_row(q, 1);
     ad_var twist = ad_sub(ad_mul(x, ad_row(v, 1)), ad_mul(y, ad_row(v, 0)));
-    (void)t;
-    (void)params;
+    (void)t, (void)params;
     return ad_add(ad_sub(ad_mul(0.5, ad_sum_rows(ad_square(v))),
                          ad_mul(0.5 * (1 - turn * turn), ad_sum_rows(ad_square(q)))),
                   ad_mul(turn, twist));
@@ -39,9 +36,7 @@ static ad_var foucault(ad_var q, ad_var v, ad_var t, const void *params)
 
 static ad_var falling(ad_var q, ad_var v, ad_var t, const void *params)
 {
-    (void)q;
-    (void)t;
-    (void)params;
+    (void)q, (void)t, (void)params;
     return ad_mul(-0.5, ad_square(v));
 }
 
@@ -50,8 +45,7 @@ static ad_var falling(ad_var q, ad_var v, ad_var t, const void *params)
 static ad_var geodesic(ad_var q, ad_var v, ad_var t, const void *params)
 {
     ad_var r = ad_row(q, 0), f = ad_sub(1.0, ad_div(2.0, r));
-    (void)t;
-    (void)params;
+    (void)t, (void)params;
     return ad_mul(
         0.5, ad_add(ad_sub(ad_div(ad_square(ad_row(v, 0)), f), ad_mul(f, ad_square(ad_row(v, 1)))),
                     ad_mul(ad_square(r), ad_square(ad_row(v, 2)))));
@@ -224,8 +218,7 @@ static ad_var top(ad_var q, ad_var v, ad_var t, const void *params)
 {
     ad_var tilt = ad_row(q, 0), turn = ad_row(v, 1);
     ad_var spin = ad_add(ad_row(v, 2), ad_mul(turn, ad_cos(tilt)));
-    (void)t;
-    (void)params;
+    (void)t, (void)params;
     return ad_sub(ad_add(ad_mul(0.5, ad_add(ad_square(ad_row(v, 0)),
                                             ad_mul(ad_square(ad_sin(tilt)), ad_square(turn)))),
                          ad_mul(0.25, ad_square(spin))),
@@ -236,9 +229,7 @@ static enum ad_status spinning(const void *params, uint64_t seed, double *q, dou
                                struct ad_error *error)
 {
     static const double q0[] = {0.5, 0, 0}, v0[] = {0, 0, 10};
-    (void)params;
-    (void)seed;
-    (void)error;
+    (void)params, (void)seed, (void)error;
     memcpy(q, q0, sizeof q0);
     memcpy(v, v0, sizeof v0);
     return AD_OK;
@@ -266,8 +257,7 @@ static void top_meets_twice_in_short_order(void **state)
 static ad_var toda(ad_var q, ad_var v, ad_var t, const void *params)
 {
     ad_var stretch = ad_sub(ad_slice_rows(q, 1, 19), ad_slice_rows(q, 0, 19));
-    (void)t;
-    (void)params;
+    (void)t, (void)params;
     return ad_sub(ad_mul(0.5, ad_sum_rows(ad_square(v))),
                   ad_sum_rows(ad_add(ad_exp(ad_neg(stretch)), stretch)));
 }
@@ -275,9 +265,7 @@ static ad_var toda(ad_var q, ad_var v, ad_var t, const void *params)
 static enum ad_status by_sines(const void *params, uint64_t seed, double *q, double *v,
                                struct ad_error *error)
 {
-    (void)params;
-    (void)seed;
-    (void)error;
+    (void)params, (void)seed, (void)error;
     for (size_t k = 0; k < 20; k++) {
         q[k] = 0;
         v[k] = sin((double)k + 1);
