@@ -1,6 +1,5 @@
 /* The table of subcommands. */
 #include "command.h"
-#include "physics/physics.h"
 
 const struct command *const commands[] = {
 #define COMMAND(name) &command_##name,

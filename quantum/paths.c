@@ -1,7 +1,6 @@
 /* The straight paths of one slice, recorded from the scene's Lagrangian: positions and velocities
    at the points of the rule, the action, and its mixed derivative. */
 #include "internal.h"
-#include "physics/stability/stability.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,6 +1,5 @@
 /* Files of a chart: CSV, pictures, JSON (chart.h). */
 #include "chart.h"
-#include "apps/command.h"
 
 #include <assert.h>
 #include <errno.h>

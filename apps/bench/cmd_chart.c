@@ -1,7 +1,6 @@
 /* leastaction chart: runs a measurement that makes a chart (chart.h). */
 #include "chart.h"
 #include "apps/command.h"
-#include "physics/physics.h"
 
 #include <stdlib.h>
 

@@ -4,7 +4,6 @@
 #include "apps/file_names.h"
 #include "apps/quote.h"
 #include "autodiff/native/cc.h"
-#include "physics/physics.h"
 #include "physics/io/atomic_file.h"
 
 #include <errno.h>

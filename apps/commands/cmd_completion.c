@@ -1,6 +1,5 @@
 /* leastaction completion: bash completion of subcommands, options and scenes, from their tables. */
 #include "apps/command.h"
-#include "physics/physics.h"
 
 #include <stdio.h>
 #include <string.h>

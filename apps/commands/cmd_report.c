@@ -1,6 +1,5 @@
 /* leastaction report: the runs of a folder on one page: a table, pictures, commands. */
 #include "apps/command.h"
-#include "apps/interrupt.h"
 #include "apps/output/page.h"
 #include "apps/output/result.h"
 #include "apps/quote.h"

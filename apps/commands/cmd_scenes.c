@@ -2,7 +2,6 @@
 #include "apps/command.h"
 #include "apps/output/json.h"
 #include "apps/output/unit.h"
-#include "physics/physics.h"
 
 #include <stdio.h>
 

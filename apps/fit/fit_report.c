@@ -1,6 +1,5 @@
 /* What a fit gives: the report, rows of data and model, the picture. */
 #include "apps/output/figure.h"
-#include "apps/quote.h"
 #include "fit.h"
 #include "physics/stability/diagnostics.h"
 

@@ -1,7 +1,6 @@
 /* Equilibria and modes: the report, a row a mode, and the picture of one mode. */
 #include "apps/output/coordinates.h"
 #include "apps/output/unit.h"
-#include "apps/quote.h"
 #include "modes.h"
 #include "physics/stability/diagnostics.h"
 

@@ -1,6 +1,5 @@
 /* Scans on a page (page_parts.h): a panel of lines for each number over one parameter, a map over
    two. */
-#include "autodiff/free.h"
 #include "page_parts.h"
 
 #include <math.h>

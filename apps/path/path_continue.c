@@ -2,7 +2,6 @@
  */
 #include "path.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,7 +1,6 @@
 /* Sets up a wave packet's run from the options (quantum.h). */
 #include "quantum.h"
 #include "apps/numbers.h"
-#include "physics/stability/stability.h"
 
 #include <math.h>
 #include <stdlib.h>

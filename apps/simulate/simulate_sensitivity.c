@@ -1,7 +1,6 @@
 /* --sensitivity: derivatives of a motion's end by its start and by parameters. */
 #include "autodiff/free.h"
 #include "simulate.h"
-#include "physics/io/names.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,5 +1,4 @@
 /* Columns that are in memory already, read as those of a file. */
-#include "autodiff/free.h"
 #include "data.h"
 #include "data_source.h"
 #include "physics/io/fields.h"

@@ -1,6 +1,5 @@
 /* Networks of the caller's own: checked when a model is made, and recognised in files by the field
    they had at a few fixed states. */
-#include "autodiff/free.h"
 #include "internal.h"
 
 #include <math.h>

@@ -2,7 +2,6 @@
 #include "internal.h"
 #include "autodiff/sized.h"
 
-#include <stdio.h>
 #include <string.h>
 
 const char *const hnn_kinds[] = {"baseline", "hnn", NULL};

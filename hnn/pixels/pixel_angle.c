@@ -4,7 +4,6 @@
    starts a Gauss-Newton iteration in phi with a at its minimum (variable projection: G. Golub, V.
    Pereyra, SIAM J. Numer. Anal. 10, 413, 1973). It ends where <f - a r, r'> = 0, so a rendered
    frame gives its exact angle, although r' is a difference. */
-#include "hnn/model/internal.h"
 #include "pixel_energy.h"
 
 #include <math.h>

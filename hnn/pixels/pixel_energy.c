@@ -1,6 +1,5 @@
 /* The energy of a rod (pixel_energy.h) from states and from angles. */
 #include "pixel_energy.h"
-#include "hnn/model/internal.h"
 
 #include <math.h>
 #include <stdlib.h>

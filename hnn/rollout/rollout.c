@@ -3,7 +3,6 @@
    are interpolated. */
 #include "rollout.h"
 #include "autodiff/sized.h"
-#include "hnn/model/internal.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,6 @@
    (rollout.h). */
 #include "rollout.h"
 #include "autodiff/sized.h"
-#include "hnn/model/internal.h"
 #include "hnn/tasks/task.h"
 
 #include <stdlib.h>

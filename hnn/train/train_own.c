@@ -1,9 +1,7 @@
 /* A loss of the caller's own in place of the mean square, and a check that it is one of single
    samples. */
-#include "autodiff/free.h"
 #include "train.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 static size_t states(const hnn_model *model) { return hnn_states(model); }

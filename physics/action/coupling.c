@@ -1,7 +1,6 @@
 /* The pattern of the second derivatives of L, and its colours (coupling.h). */
 #include "coupling.h"
 #include "autodiff/free.h"
-#include "internal.h"
 
 #include "autodiff/derivatives.h"
 

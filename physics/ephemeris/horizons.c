@@ -1,7 +1,6 @@
 /* Horizons tables: opening, reading, closing (horizons.h). */
 #include "autodiff/free.h"
 #include "horizons_reader.h"
-#include "physics/system/internal.h"
 
 #include <errno.h>
 #include <stdlib.h>

@@ -1,7 +1,6 @@
 /* Julian dates and calendar dates (Meeus, Astronomical Algorithms, chapter 7, with floor in place
    of truncation, which extends it to dates before -4712). */
 #include "horizons.h"
-#include "physics/system/internal.h"
 
 #include <math.h>
 #include <stdio.h>

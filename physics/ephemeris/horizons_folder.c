@@ -2,7 +2,6 @@
    once and read forward; its header decides whether its records are read. */
 #include "autodiff/free.h"
 #include "horizons_reader.h"
-#include "physics/system/internal.h"
 
 #include <ctype.h>
 #include <dirent.h>

@@ -3,7 +3,6 @@
 #include "models.h"
 #include "ephemeris.h"
 #include "physics/lagrangian/euler_lagrange.h"
-#include "physics/system/internal.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,5 @@
 /* Positions of the Sun and the planets over time, from tables or from a motion (models.h). */
 #include "models.h"
-#include "physics/system/internal.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,5 @@
 /* Order of a gas at one time (order.h). */
 #include "order.h"
-#include "physics/system/internal.h"
 
 #include <math.h>
 

@@ -3,7 +3,6 @@
 #include "order.h"
 #include "autodiff/free.h"
 #include "cell_list.h"
-#include "physics/system/internal.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -4,7 +4,6 @@
    (M. G. Kendall and P. A. P. Moran, Geometrical Probability, 1963, section 2.27). */
 #include "cell_list.h"
 #include "order.h"
-#include "physics/system/internal.h"
 
 #include <math.h>
 #include <string.h>

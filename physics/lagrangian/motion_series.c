@@ -13,7 +13,6 @@
 #include "autodiff/derivatives.h"
 #include "autodiff/series.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

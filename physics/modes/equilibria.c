@@ -5,7 +5,6 @@
 #include "autodiff/ascending.h"
 #include "autodiff/free.h"
 #include "physics/io/random.h"
-#include "physics/linear/linear.h"
 
 #include <float.h>
 #include <math.h>

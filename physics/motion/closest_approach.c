@@ -1,7 +1,6 @@
 /* The closest approach of two bodies: events where d/dt r^2 / 2 = (x_i - x_j) . (v_i - v_j) rises
    through zero, for every pair. */
 #include "motion.h"
-#include "physics/ode/internal.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,6 @@
 /* What the error of a motion makes of the times of its crossings, and crossings that are rounding
    alone (solving.h). */
 #include "solving.h"
-#include "physics/system/internal.h"
 
 #include <float.h>
 #include <math.h>

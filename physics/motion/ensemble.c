@@ -4,8 +4,6 @@
 #include "ensemble_run.h"
 #include "autodiff/clock.h"
 #include "autodiff/exec/pool.h"
-#include "physics/integrators/stepper.h"
-#include "solving.h"
 
 #include <math.h>
 #include <string.h>

@@ -2,7 +2,6 @@
 #include "ensemble_place.h"
 #include "autodiff/ascending.h"
 #include "autodiff/free.h"
-#include "physics/ode/internal.h"
 
 #include <float.h>
 #include <math.h>

@@ -2,7 +2,6 @@
 #include "run.h"
 #include "autodiff/sized.h"
 #include "autodiff/clock.h"
-#include "physics/ode/internal.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,6 @@
 #include "autodiff/free.h"
 #include "autodiff/sized.h"
 #include "solving.h"
-#include "physics/system/internal.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,5 @@
 /* The start of a motion, and whether a motion can begin there (solve.h). */
 #include "solving.h"
-#include "physics/system/internal.h"
 
 #include <string.h>
 

@@ -1,7 +1,6 @@
 /* Finds a path and verifies it (path.h): its kind of stationary point, and its distances from
    independent results: the motion from its start by an adaptive method, the path of a rule of
    higher order, and the stationary path at the given reference. */
-#include "autodiff/free.h"
 #include "newton.h"
 #include "physics/lagrangian/conserved.h"
 #include "physics/motion/motion.h"

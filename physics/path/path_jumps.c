@@ -1,5 +1,4 @@
 /* Whether the forces jump along a path (path.h): its slices as points of phys_check_jumps. */
-#include "internal.h"
 #include "path_nodes.h"
 #include "physics/lagrangian/check.h"
 

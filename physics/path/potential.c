@@ -2,7 +2,6 @@
    d(v L_v - L)/dv = v L_vv, so direction and energy determine the speed. */
 #include "potential.h"
 
-#include <float.h>
 #include <math.h>
 #include <string.h>
 

@@ -2,7 +2,6 @@
 #include "diagnostics.h"
 #include "autodiff/sized.h"
 #include "autodiff/free.h"
-#include "physics/system/internal.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -9,7 +9,6 @@
    same linearised field. Chaos is growth beyond that of f. */
 #include "stability.h"
 #include "autodiff/sized.h"
-#include "physics/ode/internal.h"
 
 #include <float.h>
 #include <math.h>

@@ -3,7 +3,6 @@
    Meccanica 15, 1980). */
 #include "stability.h"
 #include "autodiff/sized.h"
-#include "physics/ode/internal.h"
 
 #include <math.h>
 #include <stdlib.h>

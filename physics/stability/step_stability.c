@@ -2,7 +2,6 @@
    q'' = -q are the columns of its matrix, whose eigenvalues give growth and phase per step (Hairer,
    Lubich, Wanner, Geometric Numerical Integration, section I.5.2, example of Verlet). */
 #include "stability.h"
-#include "physics/ode/internal.h"
 
 #include <math.h>
 #include <stdio.h>

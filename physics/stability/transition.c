@@ -5,7 +5,6 @@
 #include "internal.h"
 #include "autodiff/sized.h"
 #include "physics/motion/time_scan.h"
-#include "physics/ode/internal.h"
 
 #include <float.h>
 #include <math.h>
