@@ -23,6 +23,9 @@ static enum ad_status check(const struct simulate_options *options, struct ad_er
          "--dt and --tol: expected one of them; leave the other out"},
         {fixed && !options->integrator,
          "--dt needs --integrator NAME, one with fixed steps such as rk4"},
+        {options->hold && isnan(options->periodic), "--hold needs --periodic T"},
+        {!isnan(options->periodic) && (options->data || options->ensemble),
+         "--periodic: not with --data or --ensemble; leave one out"},
         {options->by && !options->sensitivity, "--by needs --sensitivity"},
         {options->every != OPTION_NO_COUNT && options->samples != OPTION_NO_COUNT,
          "--every and --samples: expected one of them; leave the other out"},
@@ -98,6 +101,7 @@ static void release(struct simulate_run *run)
     AD_FREE(run->exponents, run->cyclic, run->kept);
     simulate_sensitivity_free(run);
     simulate_ephemeris_free(run);
+    phys_periodic_free(&run->periodic);
     free(run->crossings);
     phys_system_close(&run->system);
 }
@@ -211,6 +215,11 @@ static enum ad_status follow(void *context, struct ad_error *error)
     struct ad_error cause = {0};
     progress_start(&w.progress, common->quiet, common->log);
     interrupt_catch();
+    if (simulate_periodic(run, error) != AD_OK) {
+        progress_end(&w.progress);
+        return error->status;
+    }
+    w.time = run->settings.time;
     run->settings.progress = watch;
     run->settings.context = &w;
     phys_motion_solve(&run->system, &run->settings, &run->motion, &cause);
@@ -299,6 +308,10 @@ static const struct option table[] = {
      AT(reverse)},
     {"horizon", "E", OPTION_POSITIVE, NULL,
      "time until a difference E of the start, in units of its size, has grown to 0.1", AT(horizon)},
+    {"periodic", "T", OPTION_POSITIVE, NULL,
+     "first find the periodic motion near the start, of period near T, and its multipliers",
+     AT(periodic)},
+    {"hold", "WHAT", OPTION_TEXT, NULL, "of --periodic: period or energy stays as given", AT(hold)},
     {"sensitivity", NULL, OPTION_FLAG, NULL,
      "derivatives of the end by the start, and by parameters", AT(sensitivity)},
     {"by", "NAME,NAME", OPTION_TEXT, NULL,

@@ -12,12 +12,13 @@
 #include "physics/io/hdf5_file.h"
 #include "physics/motion/solve.h"
 #include "physics/stability/diagnostics.h"
+#include "physics/stability/periodic.h"
 
 struct simulate_options {
     struct common common;
-    const char *integrator, *data, *from, *rough, *until, *by, *ensemble;
+    const char *integrator, *data, *from, *rough, *until, *by, *ensemble, *hold;
     struct texts events;
-    double dt, tolerance, time, horizon;
+    double dt, tolerance, time, horizon, periodic;
     size_t every, samples, days, lyapunov;
     bool no_reference, reverse, sensitivity;
 };
@@ -32,8 +33,9 @@ struct simulate_run {
     struct phys_crossing *crossings; /* [settings.n_crossings] */
     struct phys_motion_solution motion;
     struct phys_diagnosis diagnosis;
-    double *exponents, *change; /* [options->lyapunov]; NULL: none */
-    double *sensitivity;        /* [2][2 dof][2 dof] the matrix, its uncertainty; NULL: none */
+    double *exponents, *change;    /* [options->lyapunov]; NULL: none */
+    struct phys_periodic periodic; /* period NaN, or 0: not asked for */
+    double *sensitivity;           /* [2][2 dof][2 dof] the matrix, its uncertainty; NULL: none */
     size_t n_by; /* parameters with derivatives; the matrix [2][2 dof][n_by], or NULL */
     const char *by[SIMULATE_PARAMETERS];
     char *by_text;
@@ -75,6 +77,10 @@ void simulate_ephemeris_free(struct simulate_run *run);
 enum ad_status simulate_ephemeris_compare(struct simulate_run *run, struct ad_error *error);
 /* AD_E_ACCURACY where the run misses what --tol asks. */
 enum ad_status simulate_ephemeris_judge(const struct simulate_run *run, struct ad_error *error);
+
+/* --periodic: the start becomes that of the periodic motion near it (simulate_periodic.c). */
+enum ad_status simulate_periodic(struct simulate_run *run, struct ad_error *error);
+void simulate_report_periodic(const struct simulate_run *run, struct report *report);
 
 /* Derivatives of the end, with --sensitivity (simulate_sensitivity.c). */
 enum ad_status simulate_sensitivity(struct simulate_run *run, struct ad_error *error);
