@@ -2,6 +2,7 @@
    of the linear ones, first and second order, f32 and f64, several sizes. */
 #include "structure_cases.h"
 #include "support.h"
+#include "autodiff/internal.h"
 
 #include <stdlib.h>
 
@@ -230,12 +231,34 @@ static void test_pair_law(void **state)
     ad_tape_free(tape);
 }
 
+/* The tables have every operation that moves or reduces values, in recordings of the cases and of
+   their derivatives. Those of elementwise operations expand from ops.def (test_ops.c); loops have a
+   table of their own (scan/scan_cases.c). */
+static void test_every_operation(void **state)
+{
+    (void)state;
+    bool seen[AD_N_OPS] = {[AD_OP_scan] = true, [AD_OP_scan_adjoint] = true};
+    for (size_t k = 0; structure_case(k); k++) {
+        struct trial t = begin(structure_case(k), k, 2, AD_F64);
+        ad_var g[2];
+        ad_grad(weighted_sum(t.s->record(t.x)), t.n, t.x, g);
+        assert_tape_ok(t.tape);
+        for (uint32_t id = 0; id < t.tape->n_nodes; id++)
+            seen[node_at(t.tape, id)->op] = true;
+        end(&t);
+    }
+#define AD_STRUCTURE(name, arity)                                                                  \
+    if (!seen[AD_OP_##name])                                                                       \
+        fail_msg(#name " is in no case");
+#include "autodiff/ops.def"
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_values),      cmocka_unit_test(test_adjoint_identities),
-        cmocka_unit_test(test_derivatives), cmocka_unit_test(test_overlapping_slices),
-        cmocka_unit_test(test_pair_law),
+        cmocka_unit_test(test_every_operation),    cmocka_unit_test(test_values),
+        cmocka_unit_test(test_adjoint_identities), cmocka_unit_test(test_derivatives),
+        cmocka_unit_test(test_overlapping_slices), cmocka_unit_test(test_pair_law),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -12,6 +12,7 @@
 #include "native_batch.h"
 #include "tests/autodiff/programs/random_tape.h"
 #include "tests/native.h"
+#include "autodiff/internal.h"
 
 #include <math.h>
 #include <signal.h>
@@ -24,6 +25,7 @@ enum { LONG = 512 }; /* instructions: where segments are cut into parts */
 
 struct counts {
     size_t programs, failed, is_long, native, elements, vague;
+    bool seen[AD_N_OPS]; /* in the recordings */
 };
 
 /* A third is long; some have up to 6000 nodes, one of two thousand up to 70 000. */
@@ -196,6 +198,8 @@ static void check_interpreted(struct subject *s, uint64_t seed, bool interpreted
     setenv("LEASTACTION_COLUMNS", columns[seed % 4], 1);
     s->seed = seed;
     record(&s->r, seed);
+    for (uint32_t id = 0; id < s->r.tape->n_nodes; id++)
+        counts->seen[node_at(s->r.tape, id)->op] = true;
     struct run run = {"interpreted", compile(s)};
     counts->programs++;
     counts->is_long += run.program && ad_program_info(run.program).instructions > LONG;
@@ -269,6 +273,9 @@ static void test_programs(void **state)
         assert_true(k != own % SHARES || counts.native > 90); /* some have nothing to compile */
         assert_true(counts.vague < counts.elements / 10);
         is_long += counts.is_long;
+        for (enum ad_op op = 0; op < AD_N_OPS; op++)
+            if (!counts.seen[op] && op != AD_OP_scan && op != AD_OP_scan_adjoint)
+                fail_msg("%s is in no program", ad_op_name(op)); /* loops: test_scan */
     }
     assert_true(is_long >= 100);
 }
