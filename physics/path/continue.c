@@ -12,11 +12,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FEWEST = 32, MOST = 4096 };                             /* elements on the way */
+enum { FEWEST = 32, FINER = 512, MOST = 4096 }; /* elements on the way: finer for short steps */
 static const double FIRST = 0.02, LONGEST = 0.1, LEAST = 1e-6; /* steps: shares of the way */
 static const double FAR = 0.1;     /* of the path's size: as far as it may move in a step ... */
 static const double FASTER = 3;    /* ... and as many times the rate of the last step ... */
 static const double STILL = 1e-3;  /* ... but for this, of the size */
+static const double HALVED = 0.25; /* of the first step: shorter ones get more elements */
 static const double COARSE = 1e-3; /* of the size: error on the way */
 
 struct branch {
@@ -117,6 +118,9 @@ static bool solve(struct branch *b, struct phys_derivatives *of, size_t elements
 static bool try_step(struct branch *b, double at, double length, struct ad_error *error)
 {
     size_t elements = FEWEST, dof = b->system->dof;
+    /* few elements hold a path that hovers at an unstable rest, where the motion hardly does */
+    for (double l = length; l < HALVED * FIRST && elements < FINER; l *= 2)
+        elements *= 2;
     struct phys_derivatives of = {0};
     struct phys_newton newton = {0};
     struct phys_spectrum spectrum = {0};
