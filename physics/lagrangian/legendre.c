@@ -156,7 +156,7 @@ size_t phys_legendre_negative(phys_legendre *legendre, const double *q, const do
     if (work && legendre->condition <= PHYS_MASS_SINGULAR) {
         ad_get(legendre->for_velocity, legendre->mass, legendre->M);
         if (phys_lapack_symmetric_factor(n, legendre->M, legendre->pivots, work) == 0)
-            negative = phys_lapack_symmetric_inertia(n, legendre->M, legendre->pivots, &unused);
+            negative = phys_lapack_symmetric_inertia(n, n, legendre->M, legendre->pivots, &unused);
     }
     free(work);
     return negative;

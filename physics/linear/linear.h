@@ -69,8 +69,13 @@ int phys_lapack_tridiagonal_eigenvectors(size_t n, double *diagonal, double *off
 /* Factors a symmetric matrix a [n x n] in place as L D L^T with diagonal pivoting (Bunch, Kaufman);
    `pivots` [n], `work` [64 n] are room. Returns 0, or 1 + the index of a zero pivot. */
 int phys_lapack_symmetric_factor(size_t n, double *a, int *pivots, double *work);
-/* Of a matrix so factored: how many eigenvalues are negative; adds log |det|. */
-size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivots,
+/* Factors the first `inner` rows and columns of a small one, with pivots among them, and leaves of
+   the others their Schur complement, in the lower triangle by columns. NaN is a zero pivot. */
+int phys_lapack_symmetric_reduce(size_t n, size_t inner, double *a, int *pivots);
+enum { PHYS_SMALL = 40 }; /* rows that are factored without LAPACK */
+/* Of the first n rows of a matrix so factored, columns of which are `stride` apart: how many
+   eigenvalues are negative; adds log |det|. */
+size_t phys_lapack_symmetric_inertia(size_t n, size_t stride, const double *a, const int *pivots,
                                      double *log_determinant);
 /* Solves a x = b for m right sides, b [m x n], one a row, in place. */
 void phys_lapack_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b);

@@ -5,8 +5,6 @@
 
 #include <math.h>
 
-enum { SMALL = 40 };
-
 static const double GROWTH = 0.6403882032022076; /* (1 + sqrt 17) / 8 */
 
 static double *at(double *a, size_t n, size_t i, size_t j) { return a + j * n + i; }
@@ -18,12 +16,12 @@ static void swap(double *x, double *y)
     *y = kept;
 }
 
-/* The largest off-diagonal entry of row and column i from column k on; its index in *where. */
-static double largest_beside(double *a, size_t n, size_t k, size_t i, size_t *where)
+/* The largest off-diagonal entry of row and column i in columns k to last; its index in *where. */
+static double largest_beside(double *a, size_t n, size_t last, size_t k, size_t i, size_t *where)
 {
     double most = 0;
     *where = i;
-    for (size_t j = k; j < n; j++) {
+    for (size_t j = k; j < last; j++) {
         double x = j < i ? fabs(*at(a, n, i, j)) : j > i ? fabs(*at(a, n, j, i)) : 0;
         if (!(x <= most)) { /* NaN, too */
             most = x;
@@ -33,18 +31,18 @@ static double largest_beside(double *a, size_t n, size_t k, size_t i, size_t *wh
     return most;
 }
 
-/* Row and column to pivot with at k; whether the pivot is 2 x 2. n: there is none but zeros or
-   NaN. */
-static size_t choose_pivot(double *a, size_t n, size_t k, bool *pair)
+/* Row and column before `last` to pivot with at k; whether the pivot is 2 x 2. n: there is none but
+   zeros or NaN. */
+static size_t choose_pivot(double *a, size_t n, size_t last, size_t k, bool *pair)
 {
     size_t other, next;
-    double here = fabs(*at(a, n, k, k)), column = largest_beside(a, n, k, k, &other);
+    double here = fabs(*at(a, n, k, k)), column = largest_beside(a, n, last, k, k, &other);
     *pair = false;
     if (isnan(column + here) || here + column == 0)
         return n;
     if (here >= GROWTH * column)
         return k;
-    double row = largest_beside(a, n, k, other, &next);
+    double row = largest_beside(a, n, last, k, other, &next);
     if (here >= GROWTH * column * (column / row))
         return k;
     *pair = fabs(*at(a, n, other, other)) < GROWTH * row;
@@ -90,13 +88,12 @@ static void eliminate_pair(double *a, size_t n, size_t k)
     }
 }
 
-/* As dsytrf, but that NaN is a zero pivot. */
-static int factor_small(size_t n, double *a, int *pivots)
+int phys_lapack_symmetric_reduce(size_t n, size_t inner, double *a, int *pivots)
 {
     int zero = 0;
     bool pair;
-    for (size_t k = 0; k < n; k += 1 + pair) {
-        size_t to = choose_pivot(a, n, k, &pair);
+    for (size_t k = 0; k < inner; k += 1 + pair) {
+        size_t to = choose_pivot(a, n, inner, k, &pair);
         if (to == n) {
             zero = zero ? zero : (int)(k + 1);
             pivots[k] = (int)(k + 1);
@@ -159,20 +156,20 @@ int phys_lapack_symmetric_factor(size_t n, double *a, int *pivots, double *work)
         pivots[0] = 1;
         return a[0] == 0;
     }
-    return n <= SMALL ? factor_small(n, a, pivots)
-                      : phys_lapack_symmetric_factor_large(n, a, pivots, work);
+    return n <= PHYS_SMALL ? phys_lapack_symmetric_reduce(n, n, a, pivots)
+                           : phys_lapack_symmetric_factor_large(n, a, pivots, work);
 }
 
-size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivots,
+size_t phys_lapack_symmetric_inertia(size_t n, size_t stride, const double *a, const int *pivots,
                                      double *log_determinant)
 {
     size_t negative = 0;
     double product = 1;
     for (size_t k = 0; k < n; k++) {
-        double d = a[k * n + k], det = d;
+        double d = a[k * stride + k], det = d;
         if (pivots[k] < 0) { /* a 2 x 2 pivot: one eigenvalue of either sign */
-            double off = a[k * n + k + 1];
-            det = (d / off * a[(k + 1) * n + k + 1] - off) * off;
+            double off = a[k * stride + k + 1];
+            det = (d / off * a[(k + 1) * stride + k + 1] - off) * off;
             k++;
         }
         negative += det < 0;
@@ -188,10 +185,10 @@ size_t phys_lapack_symmetric_inertia(size_t n, const double *a, const int *pivot
 
 void phys_lapack_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b)
 {
-    if (n > SMALL)
+    if (n > PHYS_SMALL)
         phys_lapack_symmetric_solve_large(n, a, pivots, m, b);
     for (size_t k = 0; n == 1 && k < m; k++)
         b[k] /= a[0];
-    for (size_t k = 0; n > 1 && n <= SMALL && k < m; k++)
+    for (size_t k = 0; n > 1 && n <= PHYS_SMALL && k < m; k++)
         solve_small(n, a, pivots, b + k * n);
 }

@@ -56,6 +56,40 @@ static void hold_given(struct phys_inertia *c, size_t e)
     }
 }
 
+/* The matrix of an element in the order of c->order, by columns, in c->K; columns of the Hessian
+   hold the slice before, the inner nodes and the slice behind. */
+static void fill_element(struct phys_inertia *c, size_t e)
+{
+    const struct phys_hessian *h = c->hessian;
+    size_t m = c->inner, n = c->dof, all = m + 2 * n;
+    for (size_t j = 0; j < all; j++) {
+        double *to = c->K + j * all;
+        size_t column = c->order[j];
+        const double *from = h->element + phys_hessian_place(h, e, 0, 0, column / n, column % n);
+        memcpy(to, from + n, m * sizeof *to);
+        memcpy(to + m, from, n * sizeof *to);
+        memcpy(to + m + n, from + n + m, n * sizeof *to);
+    }
+}
+
+/* condense for few inner nodes, with all of which all coordinates are coupled. */
+static bool reduce(struct phys_inertia *c, size_t e, double sigma, size_t *negative)
+{
+    size_t m = c->inner, n = c->side, all = m + n;
+    double length = length_of(c, e);
+    fill_element(c, e);
+    for (size_t i = 0; i < m; i++)
+        c->K[i * all + i] -= sigma * length * c->mass[1 + i / c->dof];
+    if (phys_lapack_symmetric_reduce(all, m, c->K, c->pivots) != 0)
+        return false;
+    *negative = phys_lapack_symmetric_inertia(m, all, c->K, c->pivots, &c->log_determinant);
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = j; i < n; i++)
+            c->S[j * n + i] = c->S[i * n + j] = c->K[(m + j) * all + m + i];
+    hold_given(c, e);
+    return true;
+}
+
 /* Puts the element without its inner nodes, shifted by -sigma there, into c->S. False: sigma is an
    eigenvalue of the inner block to the last bit; else `negative` of them are below it. */
 static bool condense(struct phys_inertia *c, size_t e, double sigma, size_t *negative)
@@ -63,6 +97,8 @@ static bool condense(struct phys_inertia *c, size_t e, double sigma, size_t *neg
     size_t m = c->inner, n = c->side;
     double length = length_of(c, e);
     *negative = 0;
+    if (m > 0 && m <= PHYS_SMALL && c->hessian->width == c->dof)
+        return reduce(c, e, sigma, negative);
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
             c->S[j * n + i] = entry(c, e, m + i, m + j);
@@ -79,7 +115,7 @@ static bool condense(struct phys_inertia *c, size_t e, double sigma, size_t *neg
             c->C[j * m + i] = entry(c, e, i, m + j);
     if (phys_lapack_symmetric_factor(m, c->K, c->pivots, c->work) != 0)
         return false;
-    *negative = phys_lapack_symmetric_inertia(m, c->K, c->pivots, &c->log_determinant);
+    *negative = phys_lapack_symmetric_inertia(m, m, c->K, c->pivots, &c->log_determinant);
     double *solved = c->C + n * m;
     for (size_t k = 0; k < n * m; k++)
         solved[k] = -c->C[k];
@@ -159,7 +195,7 @@ static bool eliminate_all(struct phys_inertia *c, double sigma, size_t *total,
         more = 0;
         if ((i > 0 && i < h->elements && !condense(c, i, sigma, &more)) || !next_block(c, i, sigma))
             return false;
-        more += phys_lapack_symmetric_inertia(c->dof, c->D, c->pivots, &c->log_determinant);
+        more += phys_lapack_symmetric_inertia(c->dof, c->dof, c->D, c->pivots, &c->log_determinant);
         if (i < h->elements)
             eliminate(c);
         if (spectrum)
@@ -196,7 +232,7 @@ bool phys_inertia_new(struct phys_inertia *c, struct phys_hessian *h)
     size_t n = h->dof, m = (h->table.degree - 1) * n;
     *c = (struct phys_inertia){.hessian = h, .dof = n, .inner = m, .side = 2 * n};
     size_t larger = m > n ? m : n;
-    c->K = malloc((m * m + 4 * n * m + 8 * n * n + 3 * n * n + 64 * larger) * sizeof *c->K);
+    c->K = malloc((m * m + 4 * n * m + 12 * n * n + 3 * n * n + 64 * larger) * sizeof *c->K);
     c->pivots = malloc(larger * sizeof *c->pivots);
     c->order = malloc((m + 2 * n) * sizeof *c->order);
     if (!c->K || !c->pivots || !c->order)
@@ -204,7 +240,7 @@ bool phys_inertia_new(struct phys_inertia *c, struct phys_hessian *h)
     for (size_t k = 0; k < m + 2 * n; k++)
         c->order[k] = k < m ? n + k : k < m + n ? k - m : k;
     c->C = c->K + m * m;
-    c->S = c->C + 4 * n * m;
+    c->S = c->C + 4 * n * m + 4 * n * n; /* behind a whole element */
     c->before = c->S + 4 * n * n;
     c->D = c->before + 4 * n * n;
     c->X = c->D + n * n;

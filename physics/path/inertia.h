@@ -10,7 +10,7 @@
 struct phys_inertia {
     struct phys_hessian *hessian;
     size_t dof, inner, side; /* side: 2 dof of a condensed element, slice before and slice behind */
-    double *K;               /* [inner][inner] inner block */
+    double *K;               /* [inner][inner] inner block, or all of an element */
     double *C;               /* [2 dof][inner] coupling of inner nodes to slices, and solved */
     double *S, *before;      /* [2 dof][2 dof] condensed elements */
     double *D, *X, *Y;       /* [dof][dof] */

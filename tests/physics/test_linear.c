@@ -262,6 +262,28 @@ static void test_missing_library(void **state)
     fclose(said);
 }
 
+/* A matrix of log |det| and so many negative eigenvalues in two parts: the first rows, and the
+   Schur complement of the others. */
+static void expect_parts(size_t n, const double *a, size_t negative, double log_determinant)
+{
+    double f[40 * 40], rest[40 * 40], work[64 * 40], log_parts = 0;
+    for (size_t inner = 1; inner < n; inner += 1 + n / 3) {
+        int pivots[40];
+        size_t m = n - inner;
+        memcpy(f, a, n * n * sizeof *f);
+        if (phys_lapack_symmetric_reduce(n, inner, f, pivots) != 0)
+            continue; /* zeros on the diagonal alone */
+        log_parts = 0;
+        size_t below = phys_lapack_symmetric_inertia(inner, n, f, pivots, &log_parts);
+        for (size_t k = 0; k < m * m; k++)
+            rest[k] = f[(inner + k / m) * n + inner + k % m];
+        assert_int_equal(phys_lapack_symmetric_factor(m, rest, pivots, work), 0);
+        below += phys_lapack_symmetric_inertia(m, m, rest, pivots, &log_parts);
+        assert_int_equal(below, negative);
+        assert_close(log_parts, log_determinant, 1e-8, 1e-8);
+    }
+}
+
 /* Symmetric indefinite matrices, small ones and those of LAPACK: the residual, and the inertia of
    both factors. Zeros on the diagonal need pivots of two rows. */
 static void symmetric_factors(void **state)
@@ -293,9 +315,11 @@ static void symmetric_factors(void **state)
             assert_int_equal(phys_lapack_symmetric_factor(n, f, pivots, work), 0);
             assert_int_equal(phys_lapack_symmetric_factor_large(n, g, other, work), 0);
             double log_f = 0, log_g = 0;
-            assert_int_equal(phys_lapack_symmetric_inertia(n, f, pivots, &log_f),
-                             phys_lapack_symmetric_inertia(n, g, other, &log_g));
+            assert_int_equal(phys_lapack_symmetric_inertia(n, n, f, pivots, &log_f),
+                             phys_lapack_symmetric_inertia(n, n, g, other, &log_g));
             assert_close(log_f, log_g, 1e-9, 1e-9);
+            log_g = 0;
+            expect_parts(n, a, phys_lapack_symmetric_inertia(n, n, f, pivots, &log_g), log_f);
             phys_lapack_symmetric_solve(n, f, pivots, 2, x);
             for (size_t k = 0; k < 2 * n; k++) {
                 double sum = -b[k], most = 0, size = fabs(b[k]);
