@@ -1,7 +1,7 @@
 /* For physics/stability/ only: the multipliers and the kind of a periodic motion, given x and its
    period; sizes [2 dof] of coordinates and velocities. */
-#ifndef PHYSICS_MULTIPLIERS_H
-#define PHYSICS_MULTIPLIERS_H
+#ifndef PHYSICS_STABILITY_MULTIPLIERS_H
+#define PHYSICS_STABILITY_MULTIPLIERS_H
 
 #include "periodic.h"
 

@@ -4,8 +4,8 @@
    nearest, where there are families of them (phases, energies, symmetries). Its derivatives are the
    state-transition matrix over the period, whose eigenvalues are the multipliers: a small
    difference of the start in the direction of an eigenvector is multiplied by it in each period. */
-#ifndef PHYSICS_PERIODIC_H
-#define PHYSICS_PERIODIC_H
+#ifndef PHYSICS_STABILITY_PERIODIC_H
+#define PHYSICS_STABILITY_PERIODIC_H
 
 #include "stability.h"
 
