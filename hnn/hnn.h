@@ -1,6 +1,8 @@
 /* Hamiltonian neural networks: a network gives a scalar H(q, p), and the field is its symplectic
    gradient, recorded on the tape (S. Greydanus, M. Dzamba, J. Yosinski, "Hamiltonian Neural
-   Networks", NeurIPS 2019, arXiv 1906.01563). A baseline predicts the rates directly.
+   Networks", NeurIPS 2019, arXiv 1906.01563). A baseline predicts the rates directly. Lagrangian
+   networks: a network gives L(q, v), the field is v and L_vv^-1 (L_q - L_vq v) (M. Cranmer et al.,
+   "Lagrangian Neural Networks", arXiv 2003.04630).
 
        hnn_model *model;
        if (hnn_model_load("pendulum.h5", &model, &error) == AD_OK)
@@ -8,7 +10,8 @@
        hnn_model_free(model);
 
    Columns are samples: states x and rates are [2n x samples], row-major, n rows of q followed by n
-   of p. Handles share nothing; one handle is used by one thread at a time. */
+   of p (of a Lagrangian model: of v). Handles share nothing; one handle is used by one thread at a
+   time. */
 #ifndef HNN_HNN_H
 #define HNN_HNN_H
 
@@ -19,8 +22,11 @@ AD_HEADER_BEGIN
 /* ---- models ---- */
 
 enum hnn_kind {
-    HNN_BASELINE,   /* the network predicts dx/dt */
-    HNN_HAMILTONIAN /* the network is H; dq/dt = H_p, dp/dt = -H_q */
+    HNN_BASELINE,    /* the network predicts dx/dt */
+    HNN_HAMILTONIAN, /* the network is H; dq/dt = H_p, dp/dt = -H_q */
+    /* L = E (sum of (v/scale)^2/2 + the network), with E and scale of hnn_model_normalise, else 1:
+       as it begins L_vv is near the first term's. States are (q, v), at most 32 coordinates. */
+    HNN_LAGRANGIAN
 };
 
 /* Which gradients of its scalars form the field of a Hamiltonian model. */
@@ -73,6 +79,14 @@ struct hnn_settings {
     /* NULL: perceptrons. Else layers, hidden, activation, start and seed are not used; for states
        alone, not separable, without dissipation. Copied, `start` included. */
     const struct hnn_network *network;
+    /* Bit k: coordinate k is an angle, of which the networks see sine and cosine (not normalised):
+       the field has its period. Rows of their inputs: coordinates (sines in the place of angles),
+       cosines, momenta or velocities. Not for pixels, nor with `network`. */
+    uint64_t angles;
+    /* Of a Lagrangian model: the network sees coordinates alone and has 1 + n (n + 1)/2 outputs,
+       -V/E and the upper triangle of M by rows; L = E (|u|^2/2 + u M u/2) - V, u = v/scale. Not
+       with `network`. */
+    bool quadratic;
 };
 
 /* As published: 200 and 200 units, tanh, orthogonal, symplectic, f32, seed 0. */
@@ -191,8 +205,19 @@ double hnn_model_energy(hnn_model *model, const double *x);
    names the first coordinate and sample that is not finite. */
 enum ad_status hnn_model_evaluate(hnn_model *model, size_t samples, const double *x, double *rate,
                                   double *energy, struct ad_error *error);
-/* The model as a vector field for phys_simulate, y = (q, p): canonical if the field is symplectic,
-   with kick and drift if H separates. The model must outlive it. */
+/* L_vv of a Lagrangian model, its rows and columns scaled to a largest element of 1. */
+struct hnn_mass {
+    double condition; /* the largest condition number of any state ... */
+    size_t worst;     /* ... and which */
+    /* Of negative eigenvalues, the least and the largest number: where they differ, L_vv is
+       singular somewhere between two of the states. */
+    size_t negative_least, negative_most;
+};
+/* Over states x [2n x n]. AD_E_ARGUMENT for other models. */
+enum ad_status hnn_model_mass(const hnn_model *model, size_t n, const double *x,
+                              struct hnn_mass *mass, struct ad_error *error);
+/* The model as a vector field for phys_simulate, y = (q, p) or (q, v): canonical if the field is
+   symplectic, with kick and drift if H separates. The model must outlive it. */
 enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_error *error);
 
 /* ---- the autoencoder of a model of pixels (x above is its latent state) ---- */

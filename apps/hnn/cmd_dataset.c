@@ -226,21 +226,25 @@ static int run(const void *values, struct ad_error *error)
 }
 
 const struct command command_dataset = {
-    .line = {.name = "dataset",
-             .what = "observed motion for training",
-             .arguments = {"TASK"},
-             .names = true,
-             .options = table,
-             .n_options = sizeof table / sizeof *table,
-             .more =
-                 "TASK is one of\n"
-                 "  spring     H = p^2 + k q^2, 50 x 30 observations to t = 3, noise 0.1\n"
-                 "  pendulum   H = p^2 + k (1 - cos q), k = 3, 50 x 45 to t = 3, noise 0.1\n"
-                 "  twobody    nearly circular orbits, 1000 x 50 to t = 20\n"
-                 "  threebody  about a turning triangle, 5000 x 20 to t = 5\n"
-                 "  pixels     frames of a swinging rod, 200 x 100 pairs of 28 x 28 pixels\n"
-                 "as published (arXiv 1906.01563). Columns: coordinates, momenta, their rates,\n"
-                 "trial, t. All is a pure number: masses and lengths are units of the task."},
+    .line =
+        {.name = "dataset",
+         .what = "observed motion for training",
+         .arguments = {"TASK"},
+         .names = true,
+         .options = table,
+         .n_options = sizeof table / sizeof *table,
+         .more =
+             "TASK is one of\n"
+             "  spring     H = p^2 + k q^2, 50 x 30 observations to t = 3, noise 0.1\n"
+             "  pendulum   H = p^2 + k (1 - cos q), k = 3, 50 x 45 to t = 3, noise 0.1\n"
+             "  twobody    nearly circular orbits, 1000 x 50 to t = 20\n"
+             "  threebody  about a turning triangle, 5000 x 20 to t = 5\n"
+             "  double-pendulum  angles in [0, 2 pi), rates to 10 (--max-radius), masses and\n"
+             "             lengths 1, g = 9.8 (--strength): 600000 states with velocities\n"
+             "             (arXiv 2003.04630)\n"
+             "  pixels     frames of a swinging rod, 200 x 100 pairs of 28 x 28 pixels\n"
+             "as published (arXiv 1906.01563). Columns: coordinates, momenta or velocities, their\n"
+             "rates, trial, t. All is a pure number: masses and lengths are units of the task."},
     .bytes = sizeof(struct dataset_options),
     .run = run,
 };

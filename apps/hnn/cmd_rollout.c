@@ -37,8 +37,8 @@ static int run(const void *values, struct ad_error *error)
 #define AT(member) offsetof(struct rollout_options, member)
 
 static const struct option table[] = {
-    {"x0", "Q,...,P,...", OPTION_TEXT, NULL, "start: coordinates, then momenta [that of the truth]",
-     AT(x0)},
+    {"x0", "Q,...,P,...", OPTION_TEXT, NULL,
+     "start: coordinates, then momenta (lnn: velocities) [that of the truth]", AT(x0)},
     {"time", "T", OPTION_POSITIVE, NULL, "how long [20; of a file: to the trajectory's end]",
      AT(time)},
     {"points", "N", OPTION_TWO, NULL, "outputs, both ends included [401; with --starts 100]",

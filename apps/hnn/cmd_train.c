@@ -1,4 +1,5 @@
-/* leastaction train: trains a Hamiltonian neural network, or a baseline, on measured motion. */
+/* leastaction train: trains a Hamiltonian or Lagrangian neural network, or a baseline, on measured
+   motion. */
 #include "apps/command.h"
 #include "apps/interrupt.h"
 #include "train.h"
@@ -23,7 +24,7 @@ static int train(struct train_run *run, struct ad_error *error)
     if (error->status != AD_OK || train_save(run, error) != AD_OK ||
         (run->pixels &&
          hnn_film_motion(run->model, &run->frames, &run->pairs, &run->motion, error) != AD_OK) ||
-        train_publish(run, true, error) != AD_OK)
+        train_mass(run, error) != AD_OK || train_publish(run, true, error) != AD_OK)
         return command_status(error);
     train_report(run, &report);
     report_show(&report, common, error);
@@ -49,10 +50,10 @@ static int run(const void *options, struct ad_error *error)
 
 static const struct option table[] = {
     {"model", "KIND", OPTION_TEXT, "hnn",
-     "hnn, or baseline: the network predicts the rates; from frames: pixel-hnn, pixel-baseline",
+     "hnn: H(q, p); lnn: L(q, v); baseline: the rates; from frames: pixel-hnn, pixel-baseline",
      AT(model)},
     {"state", "COLUMNS", OPTION_TEXT, NULL,
-     "coordinates, then momenta: names, or numbers from 1 [all that have a rate, paired by name]",
+     "coordinates, then momenta (lnn: velocities): names, or numbers from 1 [all with a rate]",
      AT(state)},
     {"rate", "COLUMNS", OPTION_TEXT, NULL,
      "their rates of change, in that order if not named dXdt [dXdt for every X]", AT(rate)},
@@ -78,8 +79,12 @@ static const struct option table[] = {
     {"layers", "N", OPTION_COUNT, "3", "linear maps", AT(layers)},
     {"activation", "NAME", OPTION_TEXT, "tanh",
      "tanh, relu, sigmoid, softplus, sine, swish (or silu)", AT(activation)},
+    {"angles", "COLUMNS", OPTION_TEXT, NULL,
+     "coordinates that are angles, or all: the network sees sine and cosine", AT(angles)},
     {"field", "KIND", OPTION_TEXT, "symplectic", "symplectic, conservative, or both", AT(field)},
     {"separable", NULL, OPTION_FLAG, NULL, "H = T(p) + V(q), a network each", AT(separable)},
+    {"quadratic", NULL, OPTION_FLAG, NULL, "lnn: L = v M(q) v/2 - V(q), M and V by the network",
+     AT(quadratic)},
     {"dissipation", NULL, OPTION_FLAG, NULL, "a second network whose gradient damps",
      AT(dissipation)},
     {"start", "HOW", OPTION_TEXT, "orthogonal", "of the weights: orthogonal, xavier, he",
@@ -118,7 +123,7 @@ static const struct option table[] = {
 const struct command command_train = {
     .line =
         {.name = "train",
-         .what = "a Hamiltonian neural network from data",
+         .what = "a Hamiltonian or Lagrangian neural network from data",
          .arguments = {"DATA"},
          .options = table,
          .n_options = sizeof table / sizeof *table,
@@ -130,7 +135,8 @@ const struct command command_train = {
              "is frames: HDF5 [trajectory, time, height, width], or a folder of PGM or PNG files;\n"
              "an autoencoder and the field on its latent state are trained together, and whole\n"
              "trajectories are the test. Pixels that are dark in every frame to train on are not\n"
-             "looked at, later either. A run that was stopped, by Ctrl-C or worse, is the same "
+             "looked at, later either. The states of lnn have velocities for momenta. A run that "
+             "was stopped, by Ctrl-C or worse, is the same "
              "to\n"
              "the last bit after --resume with the same options.\n"
              "Weights are readable with h5py: h5py.File(\"model.h5\")[\"linear1.weight\"][:]"},

@@ -66,6 +66,21 @@ static void measure_path(const struct rollout_run *run, struct rollout_model *m)
     m->outside = hnn_path_outside(m->model, &m->path, m->what, sizeof m->what);
 }
 
+/* Accelerations are infinite where L_vv is singular; a step that leaps over such a place is none of
+   its motion. */
+static enum ad_status check_mass(const struct rollout_model *m, struct ad_error *error)
+{
+    struct hnn_mass mass;
+    if (hnn_model_settings(m->model)->kind != HNN_LAGRANGIAN ||
+        hnn_path_mass(m->model, &m->path, &mass, error) != AD_OK)
+        return error->status;
+    if (mass.negative_least != mass.negative_most)
+        ad_fail(error, AD_E_ACCURACY,
+                "%s: L_vv is singular on the way: it has %zu to %zu negative eigenvalues", m->file,
+                mass.negative_least, mass.negative_most);
+    return error->status;
+}
+
 static enum ad_status follow_one_start(struct rollout_run *run, struct ad_error *error)
 {
     bool measured = run->truth.n > 0;
@@ -77,7 +92,7 @@ static enum ad_status follow_one_start(struct rollout_run *run, struct ad_error 
         if (rollout_name_cause(m->file, error) != AD_OK)
             return error->status;
         measure_path(run, m);
-        if (measure_as_published(run, m, error) != AD_OK)
+        if (check_mass(m, error) != AD_OK || measure_as_published(run, m, error) != AD_OK)
             return error->status;
     }
     return AD_OK;

@@ -101,6 +101,24 @@ void rollout_free_models(size_t n, struct rollout_model models[])
 
 /* ---- truth ---- */
 
+static enum hnn_kind kind_of(const struct rollout_model *m)
+{
+    return hnn_model_settings(m->model)->kind;
+}
+
+/* Whether states have velocities; a baseline's are those of the model beside it. */
+static bool in_velocities(const struct rollout_run *run)
+{
+    return kind_of(&run->model[0]) == HNN_LAGRANGIAN ||
+           (run->n_models > 1 && kind_of(&run->model[1]) == HNN_LAGRANGIAN);
+}
+
+static bool in_momenta(const struct rollout_run *run)
+{
+    return kind_of(&run->model[0]) == HNN_HAMILTONIAN ||
+           (run->n_models > 1 && kind_of(&run->model[1]) == HNN_HAMILTONIAN);
+}
+
 static enum ad_status use_energy(struct rollout_run *run, const char *name, struct ad_error *error)
 {
     const struct hnn_task *task = hnn_task_find(name, error);
@@ -111,6 +129,10 @@ static enum ad_status use_energy(struct rollout_run *run, const char *name, stru
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s has %zu coordinates and momenta, the model %zu; expected as many", name,
                        2 * task->dof, run->model[0].ode.n);
+    if (task->H ? in_velocities(run) : in_momenta(run))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s has states of %s, the model of %s; expected one kind", name,
+                       task->H ? "momenta" : "velocities", task->H ? "velocities" : "momenta");
     return hnn_task_ode(task, strength, &run->energy, error);
 }
 
@@ -138,7 +160,7 @@ static enum ad_status read_truth(struct rollout_run *run, struct ad_error *error
     return o->energy ? use_energy(run, o->energy, error) : AD_OK;
 }
 
-/* The motion of a scene's Lagrangian in q and p. */
+/* The motion of a scene's Lagrangian in q and p, or of an lnn in q and v. */
 static enum ad_status use_scene(struct rollout_run *run, struct ad_error *error)
 {
     const struct rollout_options *o = run->options;
@@ -153,7 +175,8 @@ static enum ad_status use_scene(struct rollout_run *run, struct ad_error *error)
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s has %zu coordinates and momenta, the model %zu; expected as many",
                        o->truth, 2 * run->system.dof, run->model[0].ode.n);
-    return phys_ode_canonical(&run->system, &run->energy, error);
+    return in_velocities(run) ? phys_ode_lagrangian(&run->system, &run->energy, error)
+                              : phys_ode_canonical(&run->system, &run->energy, error);
 }
 
 static bool is_data(const char *name)
@@ -262,6 +285,10 @@ enum ad_status rollout_setup(const struct rollout_options *options, hnn_model *m
          rollout_add_model(run->model, &run->n_models, options->against, NULL, error) != AD_OK) ||
         find_truth(run, error) != AD_OK || choose_outputs(run, error) != AD_OK)
         return error->status;
+    if (in_velocities(run) && in_momenta(run))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--against %s: one model has states of momenta, the other of velocities",
+                       options->against);
     return options->starts == OPTION_NO_COUNT ? choose_start(run, error) : AD_OK;
 }
 

@@ -13,9 +13,9 @@
 
 struct train_options {
     struct common common;
-    const char *model, *field, *activation, *start, *hidden, *precision;
+    const char *model, *field, *activation, *angles, *start, *hidden, *precision;
     size_t layers;
-    bool separable, dissipation, normalise;
+    bool separable, dissipation, quadratic, normalise;
     const char *state, *rate, *time, *differences, *trial, *unit; /* columns */
     bool skip_missing;
     size_t skip_rows;
@@ -40,6 +40,8 @@ struct train_run {
     hnn_trainer *trainer;
     struct hnn_training settings;
     struct hnn_film_motion motion; /* of pixels */
+    struct hnn_mass mass;          /* of lnn, at some training samples; condition 0: of others */
+    size_t mass_samples;
     struct progress progress;
     double next_checkpoint; /* in seconds of training */
     struct ad_error failed; /* of a checkpoint on the way */
@@ -58,6 +60,9 @@ enum ad_status train_note_frames(struct train_run *run, struct ad_error *error);
 enum ad_status train_save(struct train_run *run, struct ad_error *error);
 /* The progress callback of the trainer; context is the run. */
 bool train_after_step(void *context, hnn_trainer *trainer);
+
+/* L_vv of a trained lnn at some of its samples. */
+enum ad_status train_mass(struct train_run *run, struct ad_error *error);
 
 /* Writes --log and --plot, whole, over what they were; --log to standard output at the end only
    (train_curve.c). */

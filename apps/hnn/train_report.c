@@ -2,6 +2,7 @@
 #include "train.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 static double ms_per_step(const struct train_run *run)
 {
@@ -9,12 +10,69 @@ static double ms_per_step(const struct train_run *run)
     return steps ? 1e3 * hnn_trainer_seconds(run->trainer) / (double)steps : (double)NAN;
 }
 
+static bool lagrangian(const struct train_run *run)
+{
+    return hnn_model_settings(run->model)->kind == HNN_LAGRANGIAN;
+}
+
+/* Of thousands of samples some, as the range of H is of some. */
+enum { MASS_SAMPLES = 4096 };
+
+enum ad_status train_mass(struct train_run *run, struct ad_error *error)
+{
+    size_t n = run->train.n, few = n < MASS_SAMPLES ? n : MASS_SAMPLES, stride = n / few;
+    size_t states = 2 * hnn_model_settings(run->model)->dof;
+    if (!lagrangian(run))
+        return AD_OK;
+    double *some = malloc(states * few * sizeof *some);
+    if (!some)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t r = 0; r < states; r++)
+        for (size_t k = 0; k < few; k++)
+            some[r * few + k] = run->train.x[r * n + k * stride];
+    hnn_model_mass(run->model, few, some, &run->mass, error);
+    run->mass.worst *= stride;
+    run->mass_samples = few;
+    free(some);
+    return error->status;
+}
+
+/* Above this condition f32 keeps no digit of an acceleration. */
+static const double condition_most = 1e6;
+
+static void report_mass(const struct train_run *run, struct report *report)
+{
+    const struct hnn_mass *m = &run->mass;
+    report_number(report, "mass_condition", "condition of L_vv", NULL, m->condition);
+    report_count(report, "mass_samples", NULL, run->mass_samples);
+    report_count(report, "mass_negative", NULL, m->negative_most);
+    report_count(report, "mass_negative_least", NULL, m->negative_least);
+    if (m->negative_least != m->negative_most)
+        report_line(
+            report,
+            "  L_vv has %zu to %zu negative eigenvalues: between training samples it is "
+            "singular, and accelerations are infinite; train longer, or with another --seed",
+            m->negative_least, m->negative_most);
+    else if (m->negative_most && m->negative_most < hnn_model_settings(run->model)->dof)
+        report_line(report,
+                    "  L_vv has %zu negative eigenvalue%s of %zu: a mechanical system's have one "
+                    "sign; train with another --activation, --seed or a smaller --lr",
+                    m->negative_most, m->negative_most > 1 ? "s" : "",
+                    hnn_model_settings(run->model)->dof);
+    else if (m->condition > condition_most)
+        report_line(report,
+                    "  L_vv is nearly singular at training sample %zu: its accelerations are not "
+                    "known; train longer, or with another --seed",
+                    m->worst + 1);
+}
+
 /* The columns used, and the rows skipped. */
 static void report_columns(const struct train_run *run, struct report *report)
 {
     const struct hnn_dataset *d = &run->data;
     report_text(report, "coordinates", "coordinates", d->coordinates);
-    report_text(report, "momenta", "momenta", d->momenta);
+    const char *second = lagrangian(run) ? "velocities" : "momenta";
+    report_text(report, second, second, d->momenta);
     report_text(report, "rates", *d->rate_names ? "rates" : NULL,
                 *d->rate_names ? d->rate_names : NULL);
     if (!*d->rate_names)
@@ -94,6 +152,8 @@ void train_report(const struct train_run *run, struct report *report)
     report_count(report, "parameters", NULL, hnn_model_size(run->model));
     report_count(report, "train_samples", "training samples", run->train.n);
     report_count(report, "test_samples", run->test.n ? "test samples" : NULL, run->test.n);
+    if (lagrangian(run))
+        report_mass(run, report);
     if (run->pixels)
         report_motion(&run->motion, report);
     report_text(report, "out", "model file", run->options->common.out);

@@ -1,6 +1,7 @@
 /* Sets up a training from the options: samples, model, method, and the checkpoint to resume. */
 #include "train.h"
 #include "apps/numbers.h"
+#include "physics/io/fields.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -40,8 +41,32 @@ static enum ad_status read_widths(const char *text, struct hnn_settings *s, stru
     return AD_OK;
 }
 
+/* "all", or names among the coordinates. */
+static enum ad_status read_angles(const char *text, const struct hnn_dataset *data,
+                                  struct hnn_settings *s, struct ad_error *error)
+{
+    const struct phys_separator comma = {.text = ','};
+    const char *all = data->coordinates;
+    char **name = NULL, **wanted = NULL;
+    size_t n = 0, n_wanted = 0;
+    if (strcmp(text, "all") == 0)
+        text = all;
+    if (!phys_fields_split(all, all + strlen(all), comma, &name, &n) ||
+        !phys_fields_split(text, text + strlen(text), comma, &wanted, &n_wanted))
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; k < n_wanted && error->status == AD_OK; k++) {
+        size_t at = options_choose("angles", wanted[k] ? wanted[k] : "", n,
+                                   (const char *const *)name, error);
+        s->angles |= error->status == AD_OK && at < 64 ? (uint64_t)1 << at : 0;
+    }
+    phys_fields_free(name, n);
+    phys_fields_free(wanted, n_wanted);
+    return error->status;
+}
+
 /* Models of states, then those of pixels, each in the order of hnn_kinds. */
-static const char *const models[] = {"baseline", "hnn", "pixel-baseline", "pixel-hnn", NULL};
+static const char *const models[] = {"baseline", "hnn", "lnn", "pixel-baseline", "pixel-hnn", NULL};
+enum { MODELS_OF_STATES = 3 };
 
 static enum ad_status model_settings(const struct train_run *run, struct hnn_settings *s,
                                      struct ad_error *error)
@@ -53,7 +78,7 @@ static enum ad_status model_settings(const struct train_run *run, struct hnn_set
         choose("start", o->start, hnn_starts, &start, error) != AD_OK ||
         choose("precision", o->precision, hnn_precisions, &precision, error) != AD_OK)
         return error->status;
-    *s = run->pixels ? hnn_pixel_defaults((enum hnn_kind)(model % 2),
+    *s = run->pixels ? hnn_pixel_defaults((enum hnn_kind)(model - MODELS_OF_STATES),
                                           2 * run->frames.height * run->frames.width)
                      : hnn_defaults((enum hnn_kind)model, run->data.dof);
     s->layers = o->layers;
@@ -63,13 +88,14 @@ static enum ad_status model_settings(const struct train_run *run, struct hnn_set
     s->precision = (enum ad_type)precision;
     s->separable = o->separable;
     s->dissipation = o->dissipation;
+    s->quadratic = o->quadratic;
     s->seed = o->common.seed;
     if (s->layers < 1 || s->layers > HNN_LAYERS_MOST)
         return ad_fail(error, AD_E_ARGUMENT, "--layers: expected 1 to %d, got %zu", HNN_LAYERS_MOST,
                        s->layers);
     if (read_widths(o->hidden, s, error) == AD_OK && run->pixels)
         s->autoencoder = s->hidden[0];
-    return error->status;
+    return o->angles ? read_angles(o->angles, &run->data, s, error) : error->status;
 }
 
 static enum ad_status note_all(const struct train_run *run, struct ad_error *error)
@@ -179,7 +205,7 @@ static enum ad_status refuse_unused(const struct train_run *run, struct ad_error
     const struct train_options *o = run->options;
     bool differences = run->data.rate_names && !*run->data.rate_names && !o->rollout;
     const struct unused rows[] = {
-        {strstr(o->model, "baseline"), "field", "is of models with an H, not of a baseline"},
+        {!strstr(o->model, "hnn"), "field", "is of models with an H, not of a baseline or lnn"},
         {isnan(o->test_fraction) && !run->pixels, "split", "needs --test-fraction"},
         {!o->rollout, "dt", "needs --rollout"},
         {!differences, "differences", "is for rates by differences; here are others"},

@@ -2,6 +2,7 @@
    no result. */
 #include "exec.h"
 #include "pool.h"
+#include "autodiff/singular.h"
 
 #include <math.h>
 
@@ -77,6 +78,14 @@ const struct factor *ad_report_singular(const ad_program *p, struct ad_error *er
                          first->fault, first->found.singular);
     else
         ad_name_singular(error, node, v->aux, first->found.singular);
+    return first;
+}
+
+size_t ad_program_singular(const ad_program *p)
+{
+    size_t first = SIZE_MAX;
+    for (size_t k = 0; p && k < p->n_factors; k++)
+        first = p->factors[k].found.singular < first ? p->factors[k].found.singular : first;
     return first;
 }
 

@@ -111,7 +111,8 @@ enum ad_status hnn_dataset_normalise(const struct hnn_dataset *dataset, hnn_mode
 
 /* ---- from a published system ---- */
 
-/* Systems and settings of S. Greydanus et al., arXiv 1906.01563, appendix A. */
+/* Systems and settings of S. Greydanus et al., arXiv 1906.01563, appendix A; the double pendulum of
+   M. Cranmer et al., arXiv 2003.04630. */
 
 /* Sampling of the trajectories of a system. */
 struct hnn_sampling {
@@ -119,7 +120,8 @@ struct hnn_sampling {
     size_t trials, points;         /* trajectories, and observations of each, both ends included */
     double time;                   /* from 0 */
     double noise;                  /* standard deviation, added to states, not to rates */
-    double radius_min, radius_max; /* of starts; two bodies: of their coordinates */
+    double radius_min, radius_max; /* of starts; two bodies: of their coordinates; of the double
+                                      pendulum only the largest counts: that of its velocities */
     double spread;                 /* of starting speeds about circular motion, relative */
     double strength;               /* of the potential */
 };
@@ -131,8 +133,9 @@ struct hnn_task {
     const char *name, *what;
     size_t dof;
     const char *const *coordinates; /* [dof] without their q or p: "", "1x" */
-    phys_hamiltonian *H;            /* params: const double *strength */
-    /* y [2 dof] = (q, p) at time 0 */
+    /* params: const double *strength; NULL: states are (q, v), with velocities for momenta */
+    phys_hamiltonian *H;
+    /* y [2 dof] = (q, p) or (q, v) at time 0 */
     void (*start)(struct phys_random *random, const struct hnn_sampling *sampling, double *y);
     /* How the published energy errors were computed: starts drawn otherwise than the data's (NULL:
        alike); an energy other than H (NULL: H); the models' time longer than the true one by a
@@ -148,7 +151,8 @@ extern const struct hnn_task *const hnn_tasks[]; /* NULL-terminated */
 const struct hnn_task *hnn_task_find(const char *name, struct ad_error *error);
 /* One random start y [2 dof]; strength 0: as published. */
 void hnn_task_start(const struct hnn_task *task, double strength, uint64_t seed, double *y);
-/* The equations of motion, y = (q, p); strength 0: as published. Free with phys_ode_free. */
+/* The equations of motion, y = (q, p) or (q, v); strength 0: as published. Free with phys_ode_free.
+ */
 enum ad_status hnn_task_ode(const struct hnn_task *task, double strength, struct phys_ode *ode,
                             struct ad_error *error);
 

@@ -58,6 +58,10 @@ static void write_settings(const hnn_model *model, phys_hdf5 *file)
     phys_hdf5_integer(file, "/", "separable", s->separable, NULL);
     phys_hdf5_integer(file, "/", "dissipation", s->dissipation, NULL);
     phys_hdf5_text(file, "/", "seed", seed);
+    if (s->angles)
+        phys_hdf5_integer(file, "/", "angles", (int64_t)s->angles, NULL);
+    if (s->quadratic)
+        phys_hdf5_integer(file, "/", "quadratic", 1, NULL);
     if (s->pixels) {
         phys_hdf5_integer(file, "/", "pixels", (int64_t)s->pixels, NULL);
         phys_hdf5_integer(file, "/", "autoencoder", (int64_t)s->autoencoder, NULL);
@@ -205,6 +209,9 @@ static void read_settings(const struct reading *r, struct hnn_settings *s)
     char *seed = read_text(r, "seed");
     s->seed = seed ? strtoull(seed, NULL, 10) : 0;
     free(seed);
+    if (has(r, "angles"))
+        s->angles = read_count(r, "angles", ((size_t)1 << HNN_ANGLES_MOST) - 1);
+    s->quadratic = has(r, "quadratic") && read_count(r, "quadratic", 1);
     if (has(r, "pixels")) {
         s->pixels = read_count(r, "pixels", 1 << 20);
         s->autoencoder = read_count(r, "autoencoder", 1 << 20);

@@ -126,7 +126,7 @@ static enum ad_status check_states(const hnn_model *model, size_t samples, const
         if (!isfinite(x[k]))
             return ad_fail(error, AD_E_NONFINITE,
                            "%c%zu of sample %zu is %g, expected a finite state",
-                           k / samples < n ? 'q' : 'p', k / samples % n + 1, k % samples, x[k]);
+                           hnn_letter(model, k / samples), k / samples % n + 1, k % samples, x[k]);
     return AD_OK;
 }
 
@@ -164,14 +164,15 @@ enum ad_status hnn_model_evaluate(hnn_model *model, size_t samples, const double
 
 /* ---- as a vector field ---- */
 
-static enum ad_status check(size_t first, size_t n, size_t dof, double t, const double *rate,
-                            struct ad_error *error)
+static enum ad_status check(const hnn_model *model, size_t first, size_t n, double t,
+                            const double *rate, struct ad_error *error)
 {
+    size_t dof = model->settings.dof;
     for (size_t k = 0; k < n; k++)
         if (!isfinite(rate[k]))
             return ad_fail(error, AD_E_NONFINITE,
                            "the model's rate of %c%zu is not finite at t = %g",
-                           first + k < dof ? 'q' : 'p', (first + k) % dof + 1, t);
+                           hnn_letter(model, first + k), (first + k) % dof + 1, t);
     return AD_OK;
 }
 
@@ -182,7 +183,7 @@ static enum ad_status ode_field(void *context, double t, const double *y, double
     if (prepare(model, 1, &model->one, error) != AD_OK)
         return error->status;
     run(model->one, model->one->for_rate, model->one->rate, y, rate);
-    return check(0, hnn_states(model), model->settings.dof, t, rate, error);
+    return check(model, 0, hnn_states(model), t, rate, error);
 }
 
 /* The other half of the state does not enter: whatever the program has there stays. */
@@ -198,7 +199,7 @@ static enum ad_status half(hnn_model *model, bool kick, double t, const double *
     hnn_from_double(e->type, n, part, x + (kick ? 0 : n * bytes));
     ad_run(program);
     ad_get(program, kick ? e->kick : e->drift, rate);
-    return check(kick ? n : 0, n, n, t, rate, error);
+    return check(model, kick ? n : 0, n, t, rate, error);
 }
 
 static enum ad_status ode_kick(void *context, double t, const double *q, double *rate,

@@ -10,7 +10,7 @@ ad_var hnn_record_block(const hnn_model *model, ad_var parameters, size_t k)
     return ad_reshape(ad_slice_cols(parameters, b->offset, b->rows * b->cols), b->rows, b->cols);
 }
 
-/* Outputs [outputs x samples] at states x [2n x samples]. */
+/* Outputs [outputs x samples] at inputs x, of `seen`. */
 static ad_var network(const hnn_model *model, const struct hnn_net *net, ad_var parameters,
                       ad_var x)
 {
@@ -48,6 +48,25 @@ static ad_var normalised(const hnn_model *model, ad_var x)
                   column(x.tape, n, s->scale, true));
 }
 
+/* The inputs of the networks: states, normalised, but sine and cosine of angles. */
+static ad_var seen(const hnn_model *model, ad_var x)
+{
+    size_t n = model->settings.dof, angles = 0;
+    ad_var in = normalised(model, x), part[2 * HNN_ANGLES_MOST + 1];
+    if (!model->settings.angles)
+        return in;
+    for (size_t k = 0; k < n; k++)
+        if (model->settings.angles >> k & 1) {
+            ad_var angle = ad_row(x, k);
+            part[k] = ad_sin(angle);
+            part[n + angles++] = ad_cos(angle);
+        } else {
+            part[k] = ad_row(in, k);
+        }
+    part[n + angles] = ad_slice_rows(in, n, n);
+    return ad_concat_rows(n + angles + 1, part);
+}
+
 static ad_var gradient(ad_var scalar, ad_var x)
 {
     ad_var g = x;
@@ -71,7 +90,7 @@ static void record_baseline(const hnn_model *model, ad_var parameters, ad_var x,
                             struct hnn_record *r)
 {
     const struct hnn_scaling *s = &model->scaling;
-    r->field = network(model, &model->net[0], parameters, normalised(model, x));
+    r->field = network(model, &model->net[0], parameters, seen(model, x));
     if (s->rate)
         r->field = ad_mul(r->field, column(x.tape, hnn_states(model), s->rate, false));
 }
@@ -80,10 +99,10 @@ static void record_hamiltonian(const hnn_model *model, ad_var parameters, ad_var
                                struct hnn_record *r)
 {
     const struct hnn_settings *s = &model->settings;
-    ad_var seen = normalised(model, x), plain = {0};
-    ad_var out = network(model, &model->net[0], parameters, seen);
+    ad_var in = seen(model, x), plain = {0};
+    ad_var out = network(model, &model->net[0], parameters, in);
     if (s->separable)
-        out = ad_add(out, network(model, &model->net[1], parameters, seen));
+        out = ad_add(out, network(model, &model->net[1], parameters, in));
     if (s->field != HNN_SYMPLECTIC)
         plain = gradient(scaled(model, ad_row(out, 0)), x);
     if (s->field != HNN_CONSERVATIVE) {
@@ -95,10 +114,57 @@ static void record_hamiltonian(const hnn_model *model, ad_var parameters, ad_var
     else if (s->field == HNN_BOTH)
         r->field = ad_add(r->field, plain);
     if (s->dissipation) {
-        out = network(model, &model->net[model->n_nets - 1], parameters, seen);
+        out = network(model, &model->net[model->n_nets - 1], parameters, in);
         r->dissipation = ad_label(scaled(model, out), "D");
         r->field = ad_sub(r->field, gradient(r->dissipation, x));
     }
+}
+
+/* u M u/2, of the upper triangle of M by rows. */
+static ad_var quadratic(size_t n, ad_var triangle, ad_var u)
+{
+    ad_var sum = {0};
+    for (size_t i = 0, first = 0; i < n; first += n - i, i++) {
+        ad_var row = ad_mul(ad_slice_rows(triangle, first, n - i), ad_slice_rows(u, i, n - i));
+        ad_var beside = ad_sub(ad_sum_rows(row), ad_mul(0.5, ad_row(row, 0)));
+        ad_var part = ad_mul(ad_row(u, i), beside);
+        sum = i ? ad_add(sum, part) : part;
+    }
+    return sum;
+}
+
+/* E (sum (v/scale)^2/2 + network): of v and not of v - centre, so that its own motion is free. */
+static ad_var lagrangian(const hnn_model *model, ad_var parameters, ad_var x)
+{
+    size_t n = model->settings.dof;
+    const double *scale = model->scaling.scale;
+    ad_var v = ad_slice_rows(x, n, n);
+    if (scale)
+        v = ad_mul(v, column(x.tape, n, scale + n, true));
+    ad_var kinetic = ad_mul(0.5, ad_sum_rows(ad_square(v)));
+    ad_var out = network(model, &model->net[0], parameters, seen(model, x));
+    if (model->settings.quadratic)
+        out = ad_add(ad_row(out, 0), quadratic(n, ad_slice_rows(out, 1, n * (n + 1) / 2), v));
+    return ad_label(scaled(model, ad_add(kinetic, out)), "L");
+}
+
+/* M a = L_q - L_vq v, M = L_vv, H = L_v v - L; rows of L_vq and of M are gradients of one L_v. */
+ad_var hnn_record_lagrangian(const hnn_model *model, ad_var parameters, ad_var x,
+                             struct hnn_record *r)
+{
+    size_t n = model->settings.dof;
+    ad_var v = ad_slice_rows(x, n, n), L = lagrangian(model, parameters, x), by = gradient(L, x);
+    ad_var p = ad_slice_rows(by, n, n), mass[HNN_LAGRANGIAN_MOST], along[HNN_LAGRANGIAN_MOST];
+    for (size_t k = 0; k < n; k++) {
+        ad_var row = gradient(ad_row(p, k), x);
+        along[k] = ad_sum_rows(ad_mul(ad_slice_rows(row, 0, n), v));
+        mass[k] = ad_slice_rows(row, n, n);
+    }
+    ad_var M = ad_label(ad_concat_rows(n, mass), "L_vv");
+    ad_var force = ad_sub(ad_slice_rows(by, 0, n), ad_concat_rows(n, along));
+    r->field = ad_concat_rows(2, (ad_var[]){v, ad_solve(M, force, AD_LU)});
+    r->energy = ad_label(ad_sub(ad_sum_rows(ad_mul(p, v)), L), "H");
+    return M;
 }
 
 struct hnn_record hnn_model_record(const hnn_model *model, ad_var parameters, ad_var x)
@@ -117,6 +183,8 @@ struct hnn_record hnn_model_record(const hnn_model *model, ad_var parameters, ad
     }
     if (model->settings.kind == HNN_BASELINE)
         record_baseline(model, parameters, x, &r);
+    else if (model->settings.kind == HNN_LAGRANGIAN)
+        hnn_record_lagrangian(model, parameters, x, &r);
     else
         record_hamiltonian(model, parameters, x, &r);
     r.field = ad_label(r.field, "field");

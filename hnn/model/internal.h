@@ -18,10 +18,11 @@
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
 enum { HNN_NETS_MOST = 3, HNN_NOTES_MOST = 16, HNN_NETWORK_NAME = 64, HNN_PROBES = 3 };
+enum { HNN_LAGRANGIAN_MOST = 32, HNN_ANGLES_MOST = 52 }; /* coordinates of such models */
 enum { HNN_CODER_LAYERS = 4, HNN_ENCODE_MOST = 2 };
 enum { HNN_BLOCKS_MOST = HNN_NETS_MOST * 2 * HNN_LAYERS_MOST + 2 * 2 * HNN_CODER_LAYERS };
 
-/* One multilayer perceptron of a model: it reads rows first ... first+inputs-1 of the state. */
+/* One multilayer perceptron of a model: it reads rows first ... first+inputs-1 of the inputs. */
 struct hnn_net {
     const char *prefix; /* of its blocks' names */
     size_t first, inputs, outputs;
@@ -61,6 +62,11 @@ struct hnn_model {
 };
 
 static inline size_t hnn_states(const hnn_model *model) { return 2 * model->settings.dof; }
+/* The letter of component k: q, and p or v. */
+static inline char hnn_letter(const hnn_model *model, size_t k)
+{
+    return k < model->settings.dof ? 'q' : model->settings.kind == HNN_LAGRANGIAN ? 'v' : 'p';
+}
 static inline size_t hnn_type_bytes(enum ad_type type)
 {
     return type == AD_F32 ? sizeof(float) : sizeof(double);
@@ -91,6 +97,9 @@ enum ad_status hnn_model_blank(const struct hnn_settings *settings, hnn_model **
 enum ad_status hnn_model_make_room(hnn_model *model, struct ad_error *error);
 /* The matrix or column of block k, a view of the flat parameters (field.c). */
 ad_var hnn_record_block(const hnn_model *model, ad_var parameters, size_t k);
+/* Of a Lagrangian model: *r, and its L_vv [n*n x samples], row i*n + j element (i, j) (field.c). */
+ad_var hnn_record_lagrangian(const hnn_model *model, ad_var parameters, ad_var x,
+                             struct hnn_record *r);
 /* States [2n x samples] of n batches of observations, those of the first batch first; the columns
    are theirs one after another (autoencoder.c). */
 ad_var hnn_record_encode_all(const hnn_model *model, ad_var parameters, size_t n,

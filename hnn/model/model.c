@@ -205,7 +205,7 @@ void hnn_model_component(const hnn_model *model, size_t k, char *name, size_t si
     if (plain && n == states && found)
         snprintf(name, size, "%.*s", (int)strcspn(found, ","), found);
     else
-        snprintf(name, size, "%c%zu", k < half ? 'q' : 'p', half ? k % half + 1 : 0);
+        snprintf(name, size, "%c%zu", model ? hnn_letter(model, k) : 'q', half ? k % half + 1 : 0);
 }
 
 /* ---- normalisation ---- */
@@ -242,6 +242,11 @@ enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const
     memcpy(all, centre, bytes);
     memcpy(all + m, scale, bytes);
     memcpy(all + 2 * m, rate, bytes);
+    for (uint64_t bits = model->settings.angles, k = 0; bits; bits >>= 1, k++)
+        if (bits & 1) { /* an angle's size is a radian */
+            all[k] = 0;
+            all[m + k] = 1;
+        }
     free(model->scaling.centre);
     model->scaling = (struct hnn_scaling){.centre = all, .scale = all + m, .rate = all + 2 * m};
     model->scaling.energy = energy_size(model);

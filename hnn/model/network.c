@@ -25,10 +25,10 @@ enum ad_status hnn_network_check(const struct hnn_settings *s, struct ad_error *
         if (!isfinite(network->start[k]))
             return ad_fail(error, AD_E_NONFINITE, "network '%s' starts with parameter %zu = %g",
                            network->name, k, network->start[k]);
-    if (s->pixels || s->separable || s->dissipation)
+    if (s->pixels || s->separable || s->dissipation || s->angles || s->quadratic)
         return ad_fail(error, AD_E_ARGUMENT,
                        "network '%s': expected a model of states, neither separable nor with a "
-                       "learned dissipation",
+                       "learned dissipation, angles or a quadratic L",
                        network->name);
     return AD_OK;
 }

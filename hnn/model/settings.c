@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-const char *const hnn_kinds[] = {"baseline", "hnn", NULL};
+const char *const hnn_kinds[] = {"baseline", "hnn", "lnn", NULL};
 const char *const hnn_field_types[] = {"symplectic", "conservative", "both", NULL};
 const char *const hnn_starts[] = {"orthogonal", "xavier", "he", NULL};
 const char *const hnn_precisions[] = {"f32", "f64", NULL};
@@ -101,6 +101,21 @@ static enum ad_status check_choices(const struct hnn_settings *s, struct ad_erro
     return AD_OK;
 }
 
+static enum ad_status check_lagrangian(const struct hnn_settings *s, struct ad_error *error)
+{
+    if (s->dof > HNN_LAGRANGIAN_MOST)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "coordinates of a Lagrangian model: expected at most %d, got %zu",
+                       HNN_LAGRANGIAN_MOST, s->dof);
+    if (s->pixels)
+        return refuse(error, "a Lagrangian model learns from states, not from pixels");
+    if (strcmp(s->activation, "relu") == 0)
+        return refuse(error,
+                      "activation relu has no second derivative, of which a Lagrangian model "
+                      "is made; try tanh");
+    return AD_OK;
+}
+
 enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error *error)
 {
     if (check_choices(s, error) != AD_OK)
@@ -119,10 +134,20 @@ enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error 
             return ad_fail(error, AD_E_ARGUMENT,
                            "width of a hidden layer: expected 1 to %d, got %zu", WIDTH_MOST,
                            s->hidden[k]);
+    if (s->angles && s->pixels)
+        return refuse(error, "latent states have no angles; expected none");
+    if (s->angles && (s->dof > HNN_ANGLES_MOST || s->angles >> s->dof))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "angles of a model: expected some of its %zu coordinates, of %d at most",
+                       s->dof, HNN_ANGLES_MOST);
     bool symplectic = s->kind == HNN_HAMILTONIAN && s->field == HNN_SYMPLECTIC;
     if (s->separable && !symplectic)
         return refuse(error, "a separable H needs model hnn and field symplectic");
     if (s->dissipation && !symplectic)
         return refuse(error, "a learned dissipation needs model hnn and field symplectic");
+    if (s->quadratic && s->kind != HNN_LAGRANGIAN)
+        return refuse(error, "an L quadratic in velocities needs model lnn");
+    if (s->kind == HNN_LAGRANGIAN && check_lagrangian(s, error) != AD_OK)
+        return error->status;
     return check_autoencoder(s, error);
 }

@@ -98,6 +98,10 @@ double hnn_energy_drift(const struct phys_ode *ode, const struct hnn_path *path,
    path->n if there is none or the range is unknown. */
 size_t hnn_path_outside(hnn_model *model, const struct hnn_path *path, char *what, size_t size);
 
+/* L_vv of a Lagrangian model along a path (hnn_model_mass). */
+enum ad_status hnn_path_mass(const hnn_model *model, const struct hnn_path *path,
+                             struct hnn_mass *mass, struct ad_error *error);
+
 /* ---- trials ---- */
 
 /* Trials of a model against a published system from random starts. Zero: as published. */

@@ -44,8 +44,9 @@ enum ad_status hnn_task_published_mse(const struct hnn_task *task, double streng
         return error->status;
     AD_OWN(hnn_rollout_settings, settings, reverse, error);
     strength = hnn_task_strength(task, strength);
-    if (phys_ode_hamiltonian(task->published_energy ? task->published_energy : task->H, task->dof,
-                             &strength, &energy, error) == AD_OK &&
+    if ((task->published_energy
+             ? phys_ode_hamiltonian(task->published_energy, task->dof, &strength, &energy, error)
+             : hnn_task_ode(task, strength, &energy, error)) == AD_OK &&
         (!stretches || follow_stretched(model, task->time_stretch, settings, path->x, &stretched,
                                         error) == AD_OK))
         *mse = hnn_energy_mse(&energy, stretches ? &stretched : path, truth);

@@ -8,8 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-const struct hnn_task *const hnn_tasks[] = {&hnn_task_spring, &hnn_task_pendulum,
-                                            &hnn_task_two_body, &hnn_task_three_body, NULL};
+const struct hnn_task *const hnn_tasks[] = {&hnn_task_spring,          &hnn_task_pendulum,
+                                            &hnn_task_two_body,        &hnn_task_three_body,
+                                            &hnn_task_double_pendulum, NULL};
 
 /* Of a step of the integrator, relative; and absolute, small next to the smallest motion. */
 static const double accuracy = 1e-10, smallest = 1e-12;
@@ -34,7 +35,9 @@ enum ad_status hnn_task_ode(const struct hnn_task *task, double strength, struct
     if (AD_LACKS(error, task, ode))
         return error->status;
     strength = hnn_task_strength(task, strength);
-    enum ad_status status = phys_ode_hamiltonian(task->H, task->dof, &strength, ode, error);
+    enum ad_status status = task->H
+                                ? phys_ode_hamiltonian(task->H, task->dof, &strength, ode, error)
+                                : hnn_task_double_pendulum_ode(strength, ode, error);
     ode->name = task->name;
     return status;
 }
@@ -91,20 +94,24 @@ ad_var hnn_task_gravity(ad_var q, ad_var p, ad_var t, const void *params)
 
 /* ---- observing ---- */
 
-static enum ad_status check_sampling(const struct hnn_sampling *s, struct ad_error *error)
+/* Where states are drawn freely one each is enough, and their velocities may be 0. */
+static enum ad_status check_sampling(const struct hnn_task *task, const struct hnn_sampling *s,
+                                     struct ad_error *error)
 {
+    bool single = !task->H;
     const struct {
         const char *name, *expected;
         double value;
         bool holds;
     } rule[] = {
         {"trials", "at least 1", (double)s->trials, s->trials >= 1},
-        {"points", "at least 2", (double)s->points, s->points >= 2},
+        {"points", single ? "at least 1" : "at least 2", (double)s->points,
+         s->points >= (single ? 1 : 2)},
         {"time", "more than 0", s->time, s->time > 0 && isfinite(s->time)},
         {"noise", "at least 0", s->noise, s->noise >= 0 && isfinite(s->noise)},
-        {"smallest radius", "more than 0", s->radius_min, s->radius_min > 0},
+        {"smallest radius", "more than 0", s->radius_min, s->radius_min > 0 || single},
         {"largest radius", "at least the smallest", s->radius_max,
-         s->radius_max >= s->radius_min && isfinite(s->radius_max)},
+         s->radius_max >= s->radius_min && s->radius_max > 0 && isfinite(s->radius_max)},
         {"spread of speeds", "at least 0 and less than 1", s->spread,
          s->spread >= 0 && s->spread < 1},
         {"strength", "more than 0", s->strength, s->strength > 0 && isfinite(s->strength)},
@@ -125,10 +132,11 @@ static char *join(const char *a, const char *b, const char *c)
     return text;
 }
 
-/* q1x ... p1x ... dq1xdt ... dp1xdt ... trial t */
+/* q1x ... p1x ... dq1xdt ... dp1xdt ... trial t; v1 for p1 where states have velocities */
 static bool name_columns(const struct hnn_task *task, struct hnn_observations *o)
 {
-    static const char *const part[4][2] = {{"q", ""}, {"p", ""}, {"dq", "dt"}, {"dp", "dt"}};
+    const char *const part[4][2] = {
+        {"q", ""}, {task->H ? "p" : "v", ""}, {"dq", "dt"}, {task->H ? "dp" : "dv", "dt"}};
     bool done = (o->names = calloc(o->cols, sizeof *o->names)) != NULL;
     for (size_t k = 0; done && k < 4 * task->dof; k++)
         done = (o->names[k] = join(part[k / task->dof][0], task->coordinates[k % task->dof],
@@ -169,9 +177,14 @@ static enum ad_status follow_trial(const struct hnn_sampling *s, const struct ph
                                                .n_samples = s->points - 1};
     size_t states = 2 * o->dof, first = trial * s->points;
     double rate[HNN_TASK_STATES_MOST], *at = o->values + first;
-    phys_trajectory(&simulation, ode, y, states, o->rows, at, NULL, error);
+    for (size_t k = 0; k < states; k++)
+        at[k * o->rows] = y[k];
+    if (s->points > 1)
+        phys_trajectory(&simulation, ode, y, states, o->rows, at, NULL, error);
     for (size_t i = 0; i < s->points && error->status == AD_OK; i++, at++) {
-        double t = i + 1 < s->points ? s->time * (double)i / (double)(s->points - 1) : s->time;
+        double t = i == 0              ? 0
+                   : i + 1 < s->points ? s->time * (double)i / (double)(s->points - 1)
+                                       : s->time;
         for (size_t k = 0; k < states; k++)
             y[k] = at[k * o->rows];
         ode->field(ode->context, t, y, rate, error);
@@ -204,7 +217,7 @@ enum ad_status hnn_task_observe(const struct hnn_task *task, const struct hnn_sa
     *observations = (struct hnn_observations){0};
     size_t points = sampling->points;
     phys_random_seed(&random, seed);
-    if (check_sampling(sampling, error) == AD_OK &&
+    if (check_sampling(task, sampling, error) == AD_OK &&
         prepare(task, sampling, observations, error) == AD_OK)
         hnn_task_ode(task, sampling->strength, &ode, error);
     for (size_t trial = 0; trial < sampling->trials && error->status == AD_OK; trial++) {

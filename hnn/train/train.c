@@ -137,7 +137,8 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
     AD_OWN(hnn_training, training, loss_context, error);
     test = test ? test : &none;
     if (AD_LACKS(error, training->optimiser, training->schedule) ||
-        check(model, training, train, test, error) != AD_OK)
+        check(model, training, train, test, error) != AD_OK ||
+        hnn_velocities_check(model, training, train, error) != AD_OK)
         return error->status;
     hnn_trainer *t = calloc(1, sizeof *t);
     if (!t)
@@ -332,6 +333,13 @@ static enum ad_status take_step(hnn_trainer *t, struct ad_error *error)
     t->steps_now++;
     t->loss_sum += loss;
     t->loss_count++;
+    size_t singular = hnn_problem_singular(p);
+    if (singular < t->train.n)
+        return ad_fail(
+            error, AD_E_NONFINITE,
+            "L_vv of training sample %zu is singular at step %zu; try a smaller learning "
+            "rate",
+            singular + 1, t->step);
     if (!isfinite(loss))
         return ad_fail(error, AD_E_NONFINITE,
                        "the loss is not finite at step %zu; try a smaller learning rate", t->step);

@@ -74,6 +74,10 @@ ad_var hnn_record_samples(ad_tape *tape, bool by_rows, size_t components, size_t
 ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *training,
                          ad_var parameters, ad_var x, ad_var target);
 
+/* AD_E_ARGUMENT where a Lagrangian model's states are not (q, v) (train_velocities.c). */
+enum ad_status hnn_velocities_check(const hnn_model *model, const struct hnn_training *training,
+                                    const struct hnn_samples *samples, struct ad_error *error);
+
 /* ---- one step (train_step.c) ---- */
 
 /* Loss and gradient of one batch. */
@@ -95,6 +99,9 @@ void hnn_problem_free(struct hnn_problem *problem);
 /* The present point and the gradient there, [n] of the type. */
 void *hnn_problem_point(const struct hnn_problem *problem);
 const void *hnn_problem_gradient(const struct hnn_problem *problem);
+/* The sample of the last evaluation that has no accelerations, its L_vv being singular; data->n:
+ * none. */
+size_t hnn_problem_singular(const struct hnn_problem *problem);
 /* Runs the program; returns the loss. */
 double hnn_problem_evaluate(const struct hnn_problem *problem);
 /* The same on one thread; returns the seconds spent in matrix products. */

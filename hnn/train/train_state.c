@@ -284,8 +284,8 @@ static bool same_settings(const struct hnn_settings *a, const struct hnn_setting
            strcmp(a->activation, b->activation) == 0 && a->field == b->field &&
            a->separable == b->separable && a->dissipation == b->dissipation &&
            a->precision == b->precision && a->start == b->start && a->seed == b->seed &&
-           a->pixels == b->pixels && a->autoencoder == b->autoencoder &&
-           same_network(a->network, b->network);
+           a->angles == b->angles && a->quadratic == b->quadratic && a->pixels == b->pixels &&
+           a->autoencoder == b->autoencoder && same_network(a->network, b->network);
 }
 
 static bool same_scaling(const hnn_model *a, const hnn_model *b)

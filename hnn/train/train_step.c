@@ -1,6 +1,7 @@
 /* Loss and gradient of one batch: a compiled program that runs block by block of samples
    (autodiff/compile/passes.c). Samples that are drawn are copied to it; all of them once. */
 #include "train.h"
+#include "autodiff/singular.h"
 
 #include <stdlib.h>
 
@@ -67,6 +68,12 @@ double hnn_problem_evaluate(const struct hnn_problem *p)
     ad_run(p->program);
     ad_get(p->program, p->loss, &loss);
     return loss;
+}
+
+size_t hnn_problem_singular(const struct hnn_problem *p)
+{
+    size_t column = ad_program_singular(p->program);
+    return column >= p->batch ? p->data->n : p->drawn ? p->drawn[column] : column;
 }
 
 double hnn_problem_products(const struct hnn_problem *p)

@@ -6,13 +6,17 @@
 #include <stdlib.h>
 
 const struct small_kind small_kinds[] = {
-    {"baseline", HNN_BASELINE, HNN_SYMPLECTIC, false, false},
-    {"hnn", HNN_HAMILTONIAN, HNN_SYMPLECTIC, false, false},
-    {"conservative", HNN_HAMILTONIAN, HNN_CONSERVATIVE, false, false},
-    {"both", HNN_HAMILTONIAN, HNN_BOTH, false, false},
-    {"separable", HNN_HAMILTONIAN, HNN_SYMPLECTIC, true, false},
-    {"dissipation", HNN_HAMILTONIAN, HNN_SYMPLECTIC, false, true},
-    {"separable, dissipation", HNN_HAMILTONIAN, HNN_SYMPLECTIC, true, true},
+    {"baseline", HNN_BASELINE, HNN_SYMPLECTIC, false, false, 0, false},
+    {"hnn", HNN_HAMILTONIAN, HNN_SYMPLECTIC, false, false, 0, false},
+    {"conservative", HNN_HAMILTONIAN, HNN_CONSERVATIVE, false, false, 0, false},
+    {"both", HNN_HAMILTONIAN, HNN_BOTH, false, false, 0, false},
+    {"separable", HNN_HAMILTONIAN, HNN_SYMPLECTIC, true, false, 0, false},
+    {"dissipation", HNN_HAMILTONIAN, HNN_SYMPLECTIC, false, true, 0, false},
+    {"separable, dissipation", HNN_HAMILTONIAN, HNN_SYMPLECTIC, true, true, 0, false},
+    {"lnn", .kind = HNN_LAGRANGIAN},
+    {"separable, angle", HNN_HAMILTONIAN, HNN_SYMPLECTIC, .separable = true, .angles = 1},
+    {"lnn, angle", .kind = HNN_LAGRANGIAN, .angles = 1},
+    {"lnn, quadratic", .kind = HNN_LAGRANGIAN, .angles = 1, .quadratic = true},
 };
 const size_t small_n_kinds = sizeof small_kinds / sizeof *small_kinds;
 
@@ -25,6 +29,8 @@ struct hnn_settings small_settings(const struct small_kind *kind, size_t dof, si
     s.field = kind->field;
     s.separable = kind->separable;
     s.dissipation = kind->dissipation;
+    s.angles = kind->angles;
+    s.quadratic = kind->quadratic;
     s.precision = AD_F64;
     s.seed = 11;
     return s;

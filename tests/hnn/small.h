@@ -10,6 +10,8 @@ struct small_kind {
     enum hnn_kind kind;
     enum hnn_field_type field;
     bool separable, dissipation;
+    uint64_t angles;
+    bool quadratic;
 };
 extern const struct small_kind small_kinds[];
 extern const size_t small_n_kinds;

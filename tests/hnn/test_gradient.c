@@ -6,6 +6,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { DOF = 2, STATES = 2 * DOF, SAMPLES = 3 };
 
@@ -47,6 +48,8 @@ static void test_activations_and_kinds(void **state)
         for (size_t k = 0; k < small_n_kinds; k++) {
             struct hnn_settings s = small_settings(&small_kinds[k], DOF, 3);
             s.activation = hnn_activations[a].name;
+            if (s.kind == HNN_LAGRANGIAN && strcmp(s.activation, "relu") == 0)
+                continue; /* refused */
             hnn_model *model = small_model(&s);
             char what[80];
             snprintf(what, sizeof what, "%s, %s", s.activation, small_kinds[k].name);
@@ -192,7 +195,7 @@ static void test_evaluations_agree(void **state)
             assert_int_equal(hnn_model_field(model, at, one), AD_OK);
             for (size_t i = 0; i < STATES; i++)
                 assert_close(one[i], rates[i * N + 20], tolerance, tolerance);
-            bool has_energy = s.kind == HNN_HAMILTONIAN && s.field != HNN_CONSERVATIVE;
+            bool has_energy = s.kind != HNN_BASELINE && s.field != HNN_CONSERVATIVE;
             if (has_energy)
                 assert_close(hnn_model_energy(model, at), energy[20], tolerance, tolerance);
             else
