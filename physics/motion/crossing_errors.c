@@ -148,6 +148,19 @@ static bool is_found(const struct phys_crossed *c, size_t which, double from, do
     return false;
 }
 
+/* The extremum near the middle of five equally spaced values, by their polynomial; or of the inner
+   three alone. */
+static double extremum_of(const double *g, bool all)
+{
+    double d1 = (g[3] - g[1]) / 2, d2 = g[3] - 2 * g[2] + g[1];
+    double d3 = all ? (g[4] - 2 * g[3] + 2 * g[1] - g[0]) / 2 : 0;
+    double d4 = all ? g[4] - 4 * g[3] + 6 * g[2] - 4 * g[1] + g[0] : 0, s = 0;
+    for (int k = 0; k < 4 && d2 != 0; k++) /* nearly a parabola: this converges fast */
+        s = fmax(fmin(-(d1 + d3 * (3 * s * s - 1) / 6 + d4 * s * (2 * s * s - 1) / 12) / d2, 1),
+                 -1);
+    return g[2] + s * (d1 + s * d2 / 2 + (s * s - 1) * (d3 / 6 + s * d4 / 24));
+}
+
 /* Counts the extrema of a quantity, between rows where it has one sign, that are nearer to its
    value than the error is: the true motion may cross there. */
 static void count_undecided(struct solving *s, struct place *p, const struct phys_reference *r,
@@ -155,21 +168,25 @@ static void count_undecided(struct solving *s, struct place *p, const struct phy
 {
     struct phys_motion_solution *m = s->solution;
     const struct phys_crossing *crossing = &s->settings->crossings[which];
-    size_t n = 2 * m->system->dof;
-    double g[3] = {0};
-    for (size_t i = 0; i < r->n && m->t[samples[i]] < r->horizon; i++) {
-        double t = m->t[samples[i]];
-        g[0] = g[1], g[1] = g[2];
-        g[2] = phys_crossing_value(crossing, &m->ode, t, m->x + samples[i] * n, p->y);
-        if (i < 2 || !(g[0] * g[1] > 0 && g[1] * g[2] > 0) || fabs(g[1]) > fabs(g[0]) ||
-            fabs(g[1]) > fabs(g[2]))
+    size_t n = 2 * m->system->dof, rows = 0;
+    double g[5] = {0};
+    while (rows < r->n && m->t[samples[rows]] < r->horizon)
+        rows++;
+    for (size_t i = 0; i <= rows; i++) {
+        memmove(g, g + 1, 4 * sizeof *g);
+        if (i < rows)
+            g[4] = phys_crossing_value(crossing, &m->ode, m->t[samples[i]], m->x + samples[i] * n,
+                                       p->y);
+        if (i < 3 || !(g[1] * g[2] > 0 && g[2] * g[3] > 0) || fabs(g[2]) > fabs(g[1]) ||
+            fabs(g[2]) > fabs(g[3]))
             continue;
-        double curve = g[2] - 2 * g[1] + g[0], slope = g[2] - g[0];
-        double extremum = curve != 0 ? g[1] - slope * slope / (8 * curve) : g[1];
+        size_t middle = samples[i - 2];
         memset(p->error, 0, n * sizeof *p->error);
-        note_errors(p, r, i - 1, samples[i - 1]);
-        if (fabs(extremum) <= error_of(p, crossing, t, m->x + samples[i - 1] * n) &&
-            !is_found(&m->crossed, which, m->t[samples[i - 2]], t)) {
+        for (size_t row = i - 3; row < i; row++)
+            note_errors(p, r, row, samples[row]);
+        if (fabs(extremum_of(g, i > 3 && i < rows)) <=
+                error_of(p, crossing, m->t[middle], m->x + middle * n) &&
+            !is_found(&m->crossed, which, m->t[samples[i - 3]], m->t[samples[i - 1]])) {
             m->crossed.undecided++;
             m->crossed.which_undecided = which;
         }

@@ -244,6 +244,16 @@ static void test_refusals(void **state)
     }
 }
 
+/* Extrema between rows are known better than the error of the motion: 1e-10 beside 1e-8. */
+static void test_near_touches(void **state)
+{
+    (void)state;
+    shell_works("$LA simulate spring --set k=4 --time 31.3 --event q=1.0000000001");
+    assert_non_null(strstr(shell_err(), "it may cross there"));
+    shell_works("$LA simulate spring --set k=4 --time 31.3 --event q=1.0001");
+    assert_null(strstr(shell_err(), "it may cross there"));
+}
+
 /* Rows in their order, each as that motion alone; what fails is named, and the rest is there. */
 static void test_ensemble(void **state)
 {
@@ -306,6 +316,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_ensemble, shell_empty),
+        cmocka_unit_test_setup(test_near_touches, shell_empty),
         cmocka_unit_test_setup(test_report, shell_empty),
         cmocka_unit_test_setup(test_bodies_and_reversal, shell_empty),
         cmocka_unit_test_setup(test_sensitivity, shell_empty),
