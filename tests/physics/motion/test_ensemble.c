@@ -206,9 +206,9 @@ static void ends_are_crossings(const struct phys_ensemble *e)
     size_t n = 0;
     for (size_t i = 0; i < e->n; i++) {
         const struct phys_crossed *c = &e->member[i].crossed;
-        const double *x = c->x + 4 * (c->n - 1);
         if (c->n == 0 || c->which[c->n - 1] != 2)
             continue;
+        const double *x = c->x + 4 * (c->n - 1);
         assert_close(x[0], -0.4, 0, 1e-12);
         n++;
         for (size_t k = 0; k < 4; k++)
