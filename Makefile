@@ -327,6 +327,7 @@ hnn-table: all
 	@scripts/hnn-table $(BUILD)/leastaction hnn-table
 
 lint:
+	@scripts/check-headers
 	@scripts/lint $(BUILD)
 
 abi: $(SO)

@@ -11,15 +11,15 @@
 
    Values are dense matrices, rows x cols, row-major; a scalar is 1 x 1. COLUMNS ARE SAMPLES (time
    slices, lanes of a batch), rows are coordinates or features. Elementwise operations broadcast a
-   scalar, a column (rows x 1) or a row (1 x cols).
+   scalar, a column (rows x 1) or a row (1 x cols). Shapes: arrays of values are rows*cols doubles.
 
-   Errors. Nothing here prints, exits or aborts on a user's mistake. The first error of a recording
+   Errors: nothing here prints, exits or aborts on a user's mistake. The first error of a recording
    stays in the tape; later operations on that tape pass through, and ad_compile returns it. Its
    message names the operation, its number (ad_tape_size(tape) just before) and its operands by
    label, or by the nearest label before them. NULL that must not be is AD_E_ARGUMENT or AD_E_TAPE;
    functions that return no status, here and in the headers above this one, then return NaN, 0,
    NULL or "?", or do nothing.
-   Threads. Handles share nothing: two tapes, or two programs, may be used from two threads; one
+   Threads: handles share nothing: two tapes, or two programs, may be used from two threads; one
    handle may not. */
 #ifndef AUTODIFF_AUTODIFF_H
 #define AUTODIFF_AUTODIFF_H

@@ -4,7 +4,10 @@
        ad_jacobian_new(y, 1, &x, &J);                     which elements of y depend on which of x
        ad_set(ad_jacobian_program(J), x, values);
        ad_jacobian_run(J);
-       const struct ad_sparse *m = ad_jacobian_matrix(J);  by rows: m->start, m->col, m->value */
+       const struct ad_sparse *m = ad_jacobian_matrix(J);  by rows: m->start, m->col, m->value
+
+   Errors: the tape's, or those named. Lifetime: what *_new makes lives until its *_free. Threads:
+   as in autodiff.h. Shapes: row-major. */
 #ifndef AUTODIFF_DERIVATIVES_H
 #define AUTODIFF_DERIVATIVES_H
 

@@ -1,5 +1,7 @@
 /* Limited-memory BFGS descent in f64: J. Nocedal, S. Wright, Numerical Optimization, 2nd ed.,
-   algorithms 7.4 and 7.5, with a bracketing search for the strong Wolfe conditions. */
+   algorithms 7.4 and 7.5, with a bracketing search for the strong Wolfe conditions.
+
+   Lifetime: what *_new makes lives until its *_free. Threads: as in autodiff.h. */
 #ifndef AUTODIFF_LBFGS_H
 #define AUTODIFF_LBFGS_H
 

@@ -1,4 +1,5 @@
-/* What is recorded on a tape: operations, those of a user, loops. See autodiff.h. */
+/* What is recorded on a tape: operations, those of a user, loops. See autodiff.h, also for errors
+   and threads. */
 #ifndef AUTODIFF_OPERATIONS_H
 #define AUTODIFF_OPERATIONS_H
 
@@ -193,8 +194,8 @@ ad_var ad_gather_cols(ad_var x, size_t n, const uint32_t cols[]);
 ad_var ad_scatter_rows(ad_var x, const uint32_t rows[], size_t height);
 ad_var ad_scatter_cols(ad_var x, const uint32_t cols[], size_t width);
 
-ad_var ad_concat_rows(size_t n, const ad_var parts[]); /* one above the other */
-ad_var ad_concat_cols(size_t n, const ad_var parts[]); /* side by side */
+ad_var ad_concat_rows(size_t n, const ad_var parts[]); /* parts [n] one above the other */
+ad_var ad_concat_cols(size_t n, const ad_var parts[]); /* parts [n] side by side */
 
 /* A zero matrix rows x cols with each part added at (row[k], col[k]): the adjoint of slices. */
 ad_var ad_place(ad_tape *tape, size_t rows, size_t cols, size_t n, const ad_var parts[],
@@ -233,11 +234,11 @@ struct ad_custom {
     void (*recorded)(void *user, const ad_var x[], ad_var y, ad_var gy, ad_var gx[]);
     void *user;
 };
-/* Records it on 1 to 16 inputs of equal width; one of a single column is broadcast. *operation is
-   copied. -> operation->rows x cols. A function of a whole matrix takes it reshaped to one column.
-   Interpreter, machine code (which calls the functions) and direct evaluation run it; it is
-   computed in every ad_run and ad_rerun, also from constants and held inputs. ad_jvp calls the
-   adjoint once per row of y. */
+/* Records it on x [n], 1 to 16 inputs of equal width; one of a single column is broadcast.
+   *operation is copied. -> operation->rows x cols. A function of a whole matrix takes it reshaped
+   to one column. Interpreter, machine code (which calls the functions) and direct evaluation run
+   it; it is computed in every ad_run and ad_rerun, also from constants and held inputs. ad_jvp
+   calls the adjoint once per row of y. */
 ad_var ad_custom(size_t n, const ad_var x[], const struct ad_custom *operation);
 
 /* ---- loops ---- */

@@ -1,5 +1,7 @@
 /* First-order optimisers over one flat vector of n elements (f32 or f64). x and g belong to the
-   caller; a step updates x in place and allocates nothing. */
+   caller; a step updates x in place and allocates nothing.
+
+   Lifetime: what *_new makes lives until its *_free. Threads: as in autodiff.h. */
 #ifndef AUTODIFF_OPTIM_H
 #define AUTODIFF_OPTIM_H
 

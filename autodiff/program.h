@@ -1,4 +1,5 @@
-/* Programs compiled from a tape. See autodiff.h. */
+/* Programs compiled from a tape. See autodiff.h, also for errors and threads. Errors: the tape's.
+   Shapes: values are rows*cols doubles, row-major. Lifetime: storage of values is the program's. */
 #ifndef AUTODIFF_PROGRAM_H
 #define AUTODIFF_PROGRAM_H
 

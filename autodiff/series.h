@@ -10,7 +10,10 @@
 
    Coefficient k of y needs coefficients 0 to k of x alone, so for a differential equation x' = f(x)
    coefficient k of f gives coefficient k + 1 of x, f[k] / (k + 1) (Jorba and Zou, Experimental
-   Mathematics 14 (2005) 99). */
+   Mathematics 14 (2005) 99).
+
+   Errors: the tape's, or those named. Lifetime: what *_new makes lives until its *_free. Threads:
+   as in autodiff.h. */
 #ifndef AUTODIFF_SERIES_H
 #define AUTODIFF_SERIES_H
 

@@ -1,4 +1,5 @@
-/* Tapes, and the values recorded on them. See autodiff.h. */
+/* Tapes, and the values recorded on them. See autodiff.h, also for threads. Lifetime: what *_new
+   makes lives until its *_free. */
 #ifndef AUTODIFF_TAPE_H
 #define AUTODIFF_TAPE_H
 
@@ -50,11 +51,11 @@ size_t ad_cols(ad_var x);
 ad_var ad_input(ad_tape *tape, size_t rows, size_t cols, const char *label);
 /* Marks an input as held: ad_rerun skips what depends on held inputs alone. Returns it. */
 ad_var ad_hold(ad_var input);
-/* A constant matrix: rows*cols values, row-major, copied. */
+/* A constant matrix: values [rows*cols], row-major, copied. */
 ad_var ad_const(ad_tape *tape, size_t rows, size_t cols, const double *values);
 /* A constant scalar. */
 ad_var ad_scalar(ad_tape *tape, double value);
-/* The value of a constant scalar; false, and *value stays, for anything else. */
+/* The value [1] of a constant scalar; false, and *value stays, for anything else. */
 bool ad_constant_value(ad_var x, double *value);
 /* Names a value in error messages; returns it. The label is copied. */
 ad_var ad_label(ad_var x, const char *label);

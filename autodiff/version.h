@@ -1,5 +1,5 @@
 /* The release of these headers, and that of the library which the program runs with: see
-   docs/compatibility.md for what may differ. */
+   docs/compatibility.md for what may differ. Threads: any. */
 #ifndef AUTODIFF_VERSION_H
 #define AUTODIFF_VERSION_H
 

@@ -10,8 +10,10 @@
        hnn_model_free(model);
 
    Columns are samples: states x and rates are [2n x samples], row-major, n rows of q followed by n
-   of p (of a Lagrangian model: of v). Handles share nothing; one handle is used by one thread at a
-   time. */
+   of p (of a Lagrangian model: of v). Units are the data's. Errors: AD_E_ARGUMENT for NULL and
+   settings out of range, AD_E_MEMORY, AD_E_IO and AD_E_INPUT of files, and those named. Threads:
+   handles share nothing, and one handle is used by one thread at a time; models and data may be
+   read and written at once, HDF5 calls wait for each other (those of the caller's own do not). */
 #ifndef HNN_HNN_H
 #define HNN_HNN_H
 

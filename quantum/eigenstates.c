@@ -10,10 +10,10 @@ enum ad_status qm_eigenstates(const struct phys_system *system, const struct qm_
                               double hbar, size_t states, double *energy, double *psi,
                               struct ad_error *error)
 {
-    if (!system || !grid || !energy || !psi || !(hbar > 0) || !(grid->high > grid->low))
-        return ad_fail(
-            error, AD_E_ARGUMENT,
-            "eigenstates: expected system, grid, energy and psi, hbar above 0 and a box");
+    if (AD_LACKS(error, system, grid, energy, psi))
+        return error->status;
+    if (!(hbar > 0) || !(grid->high > grid->low))
+        return ad_fail(error, AD_E_ARGUMENT, "eigenstates: expected hbar above 0 and a box");
     size_t n = grid->n;
     double mass, dx = qm_dx(grid);
     if (n < 4 || states < 1 || states > n)

@@ -166,6 +166,8 @@ enum ad_status qm_kernel(const struct qm_slice *slice, qm_complex *K, struct ad_
 
 enum ad_status qm_kernel_square(size_t n, size_t times, qm_complex *K, struct ad_error *error)
 {
+    if (AD_LACKS(error, K))
+        return error->status;
     if (times > MOST_SQUARES)
         return ad_fail(error, AD_E_ARGUMENT, "kernel: expected at most %d squarings, got %zu",
                        MOST_SQUARES, times);

@@ -91,10 +91,8 @@ enum ad_status qm_check_mirror(const struct qm_slice *slice, struct ad_error *er
 enum ad_status qm_potential(const struct phys_system *system, const struct qm_grid *grid, double *V,
                             double *mass, struct ad_error *error)
 {
-    if (!system || !system->scene || !grid || !grid->n || !V || !mass)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "potential: expected system, grid, V and mass, got "
-                       "NULL or no points");
+    if (AD_LACKS(error, system, system->scene, grid, grid->n, V, mass))
+        return error->status;
     if (system->dof != 1)
         return ad_fail(error, AD_E_ARGUMENT, "%s has %zu coordinates; expected a scene of one",
                        system->scene->name, system->dof);

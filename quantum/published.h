@@ -1,7 +1,9 @@
 /* A packet in a box of 8 by the matrix of arXiv 2303.02115, figure 4, and the same scene with a
    correct kernel, for comparison. The published matrix is exp(i (m (x_a - x_b)^2 / (2 hbar dt) -
    (V_a - V_b) dt / hbar)), normalised after every slice. Its grid aliases; the normalisation hides
-   what the ghosts add; its potential acts once, as a kick V' dt. */
+   what the ghosts add; its potential acts once, as a kick V' dt.
+
+   Units, errors and threads as in quantum.h; the particle's mass is 1. Errors: as there. */
 #ifndef QUANTUM_PUBLISHED_H
 #define QUANTUM_PUBLISHED_H
 

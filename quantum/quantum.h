@@ -14,13 +14,14 @@
    hbar is in units of its action. No function normalises psi: its norm is the first measure of the
    error.
 
-   Arrays are the caller's, row-major: psi [n x packets] has point a of packet p at psi[a * packets
-   + p]. Functions that return a status refuse NULL, sizes of 0 and invalid numbers with
+   Shapes: arrays are the caller's, row-major: psi [n x packets] has point a of packet p at psi[a *
+   packets
+   + p]. Errors: functions that return a status refuse NULL, sizes of 0 and invalid numbers with
    AD_E_ARGUMENT, an L that is not finite with AD_E_NONFINITE, and return AD_E_MEMORY when out of
    memory; outputs are then undefined. *error, zero-initialised by the caller and never NULL, gets
    the message. Functions without a status return NaN, fill the arrays given
    with NaN, or do nothing. *slice and *system are read during the call only, by qm_propagator_new
-   also until qm_propagator_free. Functions may run concurrently on different data. */
+   also until qm_propagator_free. Threads: functions may run at once on different data. */
 #ifndef QUANTUM_QUANTUM_H
 #define QUANTUM_QUANTUM_H
 
@@ -91,7 +92,7 @@ enum ad_status qm_kernel(const struct qm_slice *slice, qm_complex *K, struct ad_
    (short.c); walls and absorbing layers of the slice are ignored. Right for momenta up to half of
    the grid's largest, pi hbar / dx. */
 enum ad_status qm_kernel_short(const struct qm_slice *slice, qm_complex *K, struct ad_error *error);
-/* K becomes K^(2^times), by squaring. */
+/* K [n x n] becomes K^(2^times), by squaring. */
 enum ad_status qm_kernel_square(size_t n, size_t times, qm_complex *K, struct ad_error *error);
 
 /* out [n x packets] = K [n x n] psi [n x packets]; out and psi do not overlap. */

@@ -104,12 +104,9 @@ static enum ad_status leap(const struct qm_run_settings *run, struct qm_run_resu
 enum ad_status qm_run(const struct qm_run_settings *run, struct qm_run_result *result,
                       struct ad_error *error)
 {
-    if (result)
-        *result = (struct qm_run_result){0};
-    if (!run || !result || !run->slice || !run->method || !run->packet || run->packets == 0 ||
-        run->every == 0)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "a run needs settings with a method, packets and samples, and a result");
+    if (AD_LACKS_RESULT(error, result) ||
+        AD_LACKS(error, run, run->slice, run->method, run->packet, run->packets, run->every))
+        return error->status;
     AD_OWN(qm_run_settings, run, context, error);
     if (reserve(run, result, error) != AD_OK)
         return error->status;

@@ -1,5 +1,7 @@
 /* Complete runs of wave packets: a suitable box, limits against aliasing, and samples on the way,
-   with the error at the end. */
+   with the error at the end.
+
+   Units, errors and threads as in quantum.h. */
 #ifndef QUANTUM_RUN_H
 #define QUANTUM_RUN_H
 
@@ -9,8 +11,9 @@ AD_HEADER_BEGIN
 
 /* ---- before a run ---- */
 
-/* A box that holds the motion of a packet: it extends to where the potential turns the packet back
-   or, if nothing does, to 46 sigma. For an L without a separate potential, somewhat over 4 sigma.
+/* A box, low and high [1], that holds the motion of a packet: it extends to where the potential
+   turns the packet back or, if nothing does, to 46 sigma. For an L without a separate potential,
+   somewhat over 4 sigma.
  */
 void qm_box(const struct phys_system *system, double hbar, const struct qm_gaussian *packet,
             double *low, double *high);

@@ -7,7 +7,9 @@
            while (qm_slit_advance(&slit))
                ;
        qm_slit_measure(&slit);          slit.fringe beside qm_exact_fringe
-       qm_slit_free(&slit); */
+       qm_slit_free(&slit);
+
+   Units, errors and threads as in quantum.h. */
 #ifndef QUANTUM_SLIT_H
 #define QUANTUM_SLIT_H
 

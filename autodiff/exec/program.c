@@ -115,8 +115,8 @@ static const char *label_of(const ad_program *p, uint32_t value)
 enum ad_status ad_run_checked(ad_program *p, struct ad_error *error)
 {
     struct check check = {.value = UINT32_MAX};
-    if (!p)
-        return ad_fail(error, AD_E_ARGUMENT, "no program (NULL)");
+    if (AD_LACKS(error, p))
+        return error->status;
     ad_execute(p, p->segments, 0, p->n_segments, &check);
     look_at_leaves(p, &check);
     uint32_t wrong = ad_report_run(p, &p->error);

@@ -70,8 +70,10 @@ static enum ad_status check_settings(const struct ad_optimiser_settings *s, stru
 ad_optimiser *ad_optimiser_new(const struct ad_optimiser_settings *settings, enum ad_type type,
                                size_t n, struct ad_error *error)
 {
+    struct ad_error own = {0};
     struct ad_optimiser_settings s;
-    if (!AD_TAKE(&s, settings, least, error))
+    error = error ? error : &own;
+    if (AD_LACKS(error, settings) || !AD_TAKE(&s, settings, least, error))
         return NULL;
     set_defaults(&s);
     if (check_settings(&s, error) != AD_OK)

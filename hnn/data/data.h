@@ -11,7 +11,10 @@
    gzip, or HDF5. Columns are
    chosen by name or by number from 1. In HDF5 a column is a one-dimensional array of numbers,
    named by its path, or NAME.1, NAME.2 ... of a two-dimensional one; the attribute "columns" of
-   the file, names with commas between, gives them an order. */
+   the file, names with commas between, gives them an order.
+
+   Units are the data's; nothing is converted. Errors: those named, and AD_E_MEMORY. Threads: as in
+   hnn.h. */
 #ifndef HNN_DATA_DATA_H
 #define HNN_DATA_DATA_H
 

@@ -51,9 +51,8 @@ enum ad_status hnn_frames_save(const struct hnn_frames *frames, const char *file
                                struct ad_error *error)
 {
     phys_hdf5 *out;
-    if (!frames || !file || !frames->pixels)
-        return ad_fail(error, AD_E_ARGUMENT, "frames: got no %s (NULL)",
-                       frames && frames->pixels ? "name of a file" : "frames");
+    if (AD_LACKS(error, frames, file, frames->pixels))
+        return error->status;
     if (phys_hdf5_create(file, &out, error) != AD_OK)
         return error->status;
     hnn_frames_write(frames, out);

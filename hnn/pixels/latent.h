@@ -5,7 +5,10 @@
        hnn_pixels_predict(model, pair, &(struct hnn_rollout_settings){.size = sizeof(struct
    hnn_rollout_settings), .n = 301, .t = t}, 784, &path, frames, &info, &error);
 
-   Time is counted in frames, as in the loss. */
+   Time is counted in frames, as in the loss.
+
+   Latent states have units of their own. Errors: AD_E_ARGUMENT, AD_E_MEMORY, those of hnn.h.
+   Threads: as in hnn.h. */
 #ifndef HNN_PIXELS_LATENT_H
 #define HNN_PIXELS_LATENT_H
 

@@ -11,7 +11,10 @@
        E = I w^2/2 + V + dt^2 (w^2 V''/12 - V'^2/(24 I))
 
    (E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, IX.3), zero when hanging at
-   rest: both the true energy and the measured one are this E. */
+   rest: both the true energy and the measured one are this E.
+
+   Units are those of struct hnn_rod. Errors: AD_E_ARGUMENT, AD_E_MEMORY. Threads: functions may
+   run at once. */
 #ifndef HNN_PIXELS_PIXEL_ENERGY_H
 #define HNN_PIXELS_PIXEL_ENERGY_H
 
@@ -36,14 +39,15 @@ void hnn_rod_energies(const struct hnn_rod *rod, size_t n, const double *angle, 
    everywhere if there is no rod or fewer than three frames. AD_E_MEMORY. */
 enum ad_status hnn_film_energies(const struct hnn_frames *film, size_t n, const float *pixels,
                                  double *energy, struct ad_error *error);
-/* Mean of (E - less)^power over frames first ... end - 1 of n, without the film's ends; NaN: there
-   are none. */
+/* Mean of (E - less)^power over frames first ... end - 1 of energy [n], without the film's ends;
+   NaN: there are none. */
 double hnn_film_energy_mean(size_t n, const double *energy, size_t first, size_t end, double less,
                             int power);
 /* Mean squared difference of n frames [frame]. */
 double hnn_film_mse(size_t n, size_t frame, const float *a, const float *b);
-/* The first frames of a trajectory of `film`: n rendered ones if the rod and its start are known,
-   else as many of n as exist. Returns their number; *energy is that of the rod, NaN: unknown. */
+/* The first frames [n x frame] of a trajectory of `film`: n rendered ones if the rod and its start
+   are known, else as many of n as exist. Returns their number; *energy is that of the rod, NaN:
+   unknown. */
 size_t hnn_film_begin(const struct hnn_frames *film, size_t trajectory, size_t n, float *pixels,
                       double *energy);
 

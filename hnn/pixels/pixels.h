@@ -13,7 +13,10 @@
 
    A single frame has no velocity. A sample is therefore a pair of successive frames, stacked: 2
    height width pixels in a row. Frames are contiguous in memory, so pair k is the data that begin
-   at frame k, without a copy; the pair one step later begins at frame k + 1. */
+   at frame k, without a copy; the pair one step later begins at frame k + 1.
+
+   Units are those of struct hnn_rod; pixels are 0 to 1. Errors: AD_E_ARGUMENT, AD_E_INPUT and
+   AD_E_IO for files, AD_E_MEMORY. Threads: as in hnn.h. */
 #ifndef HNN_PIXELS_PIXELS_H
 #define HNN_PIXELS_PIXELS_H
 
@@ -50,7 +53,7 @@ struct hnn_rod hnn_rod_published(void);
 /* AD_E_ARGUMENT names the value that is out of range. */
 enum ad_status hnn_rod_check(const struct hnn_rod *rod, struct ad_error *error);
 
-/* One step of semi-implicit Euler, in place. */
+/* One step of semi-implicit Euler, in place; angle and speed [1]. */
 void hnn_rod_step(const struct hnn_rod *rod, double *angle, double *speed);
 /* Renders the frame at an angle, [height x width] from the top left. With HNN_AREA a pixel's value
    is exact, shade times its covered fraction; with HNN_BILINEAR it is the sum over 12 x 12 cells,

@@ -8,7 +8,10 @@
 
    A rollout needs a struct phys_ode: a vector field y' = f(t, y), y = (q, p), and, for energies,
    E(t, y). A model gives one (hnn_model_ode), so does a published system (hnn_task_ode); any other
-   model can be given as callbacks. */
+   model can be given as callbacks.
+
+   Units are the field's. Errors: AD_E_ARGUMENT, AD_E_MEMORY, those of the field. Threads: calls
+   may run at once on different fields. */
 #ifndef HNN_ROLLOUT_ROLLOUT_H
 #define HNN_ROLLOUT_ROLLOUT_H
 

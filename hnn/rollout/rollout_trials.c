@@ -37,12 +37,12 @@ enum ad_status hnn_task_published_mse(const struct hnn_task *task, double streng
                                       const struct hnn_path *path, const struct hnn_path *truth,
                                       double *mse, struct ad_error *error)
 {
-    bool stretches = task && task->time_stretch > 0 && task->time_stretch != 1;
     struct hnn_path stretched = {0};
     struct phys_ode energy = {0};
     if (AD_LACKS(error, task, model, settings, path, truth, mse))
         return error->status;
     AD_OWN(hnn_rollout_settings, settings, reverse, error);
+    bool stretches = task->time_stretch > 0 && task->time_stretch != 1;
     strength = hnn_task_strength(task, strength);
     if ((task->published_energy
              ? phys_ode_hamiltonian(task->published_energy, task->dof, &strength, &energy, error)

@@ -1,4 +1,8 @@
-/* The action of a discretised path: quadrature rules on elements, and the action on the tape. */
+/* The action of a discretised path: quadrature rules on elements, and the action on the tape.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_ACTION_ACTION_H
 #define PHYSICS_ACTION_ACTION_H
 

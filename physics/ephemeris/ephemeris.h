@@ -1,4 +1,7 @@
-/* Systems of the Sun and its planets, with and without tables of Horizons. */
+/* Systems of the Sun and its planets, with and without tables of Horizons.
+
+   Units are AU, days and solar masses, unless said. Errors: AD_E_ARGUMENT, AD_E_MEMORY. Threads:
+   calls may run at once on different systems. */
 #ifndef PHYSICS_EPHEMERIS_EPHEMERIS_H
 #define PHYSICS_EPHEMERIS_EPHEMERIS_H
 

@@ -10,7 +10,10 @@
    Read: output formats 1 to 3 (position; and velocity; and light time, range, range rate), CSV or
    labelled or bare rows; units KM-S, KM-D, AU-D; epochs in TDB (JDTDB, formerly JDCT); any header
    before. Columns are found by their names, so further ones (delta-T, uncertainties) do no harm. A
-   table must hold geometric cartesian states at increasing epochs in equal steps. */
+   table must hold geometric cartesian states at increasing epochs in equal steps.
+
+   Errors: AD_E_INPUT with file and line, AD_E_IO, AD_E_MEMORY. Threads: functions may run at once.
+ */
 #ifndef PHYSICS_EPHEMERIS_HORIZONS_H
 #define PHYSICS_EPHEMERIS_HORIZONS_H
 

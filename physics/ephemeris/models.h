@@ -8,7 +8,10 @@
        ... phys_ephemeris_models[choice.chosen].name, choice.off[choice.chosen].worst ...
        phys_ephemeris_tables_free(&tables);
 
-   Positions are relative to the Sun, at epochs a day apart. */
+   Positions are relative to the Sun, at epochs a day apart.
+
+   Units are AU and days, distances km where named so. Errors: AD_E_ARGUMENT, AD_E_INPUT and
+   AD_E_IO of tables, AD_E_MEMORY. Threads: calls may run at once on different motions. */
 #ifndef PHYSICS_EPHEMERIS_MODELS_H
 #define PHYSICS_EPHEMERIS_MODELS_H
 

@@ -9,7 +9,11 @@
    The sum of squares of (motion - measured) / noise is minimised by the method of Levenberg and
    Marquardt, with the derivatives of the motion by parameters and starts. Motions are followed in
    stretches that begin at the data, and join as the iteration goes on (multiple shooting; Bock,
-   1983), so that chaotic motions and rough first values do no harm. */
+   1983), so that chaotic motions and rough first values do no harm.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_FIT_FIT_H
 #define PHYSICS_FIT_FIT_H
 

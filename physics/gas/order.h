@@ -1,4 +1,8 @@
-/* Measures of order in the plane: disordered like a gas, or in the hexagons of a crystal. */
+/* Measures of order in the plane: disordered like a gas, or in the hexagons of a crystal.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_GAS_ORDER_H
 #define PHYSICS_GAS_ORDER_H
 

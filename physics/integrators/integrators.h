@@ -1,4 +1,8 @@
-/* Integrators: methods for initial-value problems, by name. */
+/* Integrators: methods for initial-value problems, by name.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_INTEGRATORS_INTEGRATORS_H
 #define PHYSICS_INTEGRATORS_INTEGRATORS_H
 

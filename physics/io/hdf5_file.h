@@ -4,8 +4,8 @@
 
    Errors of writing are sticky, as those of a tape: the first one is kept, later calls do nothing,
    and commit returns it. Names are paths inside the file ("parameters", "history/action"); missing
-   groups are created. Call from one thread at a time. HDF5's own error messages are switched off
-   for the thread that opens a file. */
+   groups are created. One handle is used by one thread at a time; calls on several wait for each
+   other. HDF5's own error messages are switched off for the thread that opens a file. */
 #ifndef PHYSICS_IO_HDF5_FILE_H
 #define PHYSICS_IO_HDF5_FILE_H
 

@@ -50,6 +50,8 @@ static bool find_range(const char *name, size_t n, const char *const names[], si
 size_t phys_find(const char *what, const char *name, size_t n, const char *const names[],
                  struct ad_error *error)
 {
+    if (error->status != AD_OK)
+        return n;
     if (!name || !names) {
         ad_fail(error, AD_E_ARGUMENT, "no name of a %s (NULL)", what);
         return n;

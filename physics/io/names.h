@@ -1,4 +1,6 @@
-/* Looking up names in tables, with the nearest name for errors. */
+/* Looking up names in tables, with the nearest name for errors.
+
+   Errors: AD_E_ARGUMENT. Names have no units. Threads: functions may run at once. */
 #ifndef PHYSICS_IO_NAMES_H
 #define PHYSICS_IO_NAMES_H
 

@@ -1,4 +1,8 @@
-/* Checks of a Lagrangian: finite values, gradients against differences, independence of slices. */
+/* Checks of a Lagrangian: finite values, gradients against differences, independence of slices.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_LAGRANGIAN_CHECK_H
 #define PHYSICS_LAGRANGIAN_CHECK_H
 

@@ -1,6 +1,10 @@
 /* Quantities conserved by a Lagrangian (Noether's theorem): energy if L does not depend on time
    explicitly, momentum if it is invariant under translation of all bodies, angular momentum if
-   under rotation. */
+   under rotation.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_LAGRANGIAN_CONSERVED_H
 #define PHYSICS_LAGRANGIAN_CONSERVED_H
 

@@ -1,4 +1,8 @@
-/* Accelerations of a Lagrangian, and the published paths that follow them on equal slices. */
+/* Accelerations of a Lagrangian, and the published paths that follow them on equal slices.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_LAGRANGIAN_EULER_LAGRANGE_H
 #define PHYSICS_LAGRANGIAN_EULER_LAGRANGE_H
 

@@ -7,7 +7,10 @@
    An equilibrium is a point q where L_q(q, 0) = 0. With M = L_vv, G = L_vq - L_qv, K = -L_qq there,
    a small motion x about it follows M x'' + G x' + K x = 0, and x = Re(shape e^(s t)) with s =
    growth + i frequency: the quadratic eigenproblem (Tisseur, Meerbergen, SIAM Rev. 43, 2001), by
-   LAPACK. In a turning frame and in a magnetic field G is not 0. */
+   LAPACK. In a turning frame and in a magnetic field G is not 0.
+
+   Units are the scene's. Errors: AD_E_MEMORY, and those named. Threads: calls may run at once, on
+   one system, too. */
 #ifndef PHYSICS_MODES_MODES_H
 #define PHYSICS_MODES_MODES_H
 

@@ -1,4 +1,8 @@
-/* All checks of a Lagrangian, along its motion or at given points. */
+/* All checks of a Lagrangian, along its motion or at given points.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_MOTION_CHECKS_H
 #define PHYSICS_MOTION_CHECKS_H
 

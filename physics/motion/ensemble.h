@@ -9,7 +9,11 @@
 
    Members go through the Taylor series eight at a time, a vector of machine code each number, with
    steps, orders and events of their own, and on several threads; the results of each are those of
-   phys_motion_solve by the same method and tolerance, to the last bit. */
+   phys_motion_solve by the same method and tolerance, to the last bit.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_MOTION_ENSEMBLE_H
 #define PHYSICS_MOTION_ENSEMBLE_H
 

@@ -6,7 +6,11 @@
    error), .t1 = 10, .rtol = 1e-10, .atol = 1e-10}; phys_simulate(&s, &ode, y, &info, error); y:
    from t0 to t1, in place phys_ode_free(&ode);
 
-   Vector fields: physics/ode/ode.h; methods: physics/integrators/integrators.h. */
+   Vector fields: physics/ode/ode.h; methods: physics/integrators/integrators.h.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_MOTION_MOTION_H
 #define PHYSICS_MOTION_MOTION_H
 
@@ -179,8 +183,8 @@ struct phys_closest_approach {
     const struct phys_ode *ode;
     double *state;
 };
-/* Begins with the distances at y, for the ode of a system. Neither is copied: both must live until
-   phys_closest_approach_end, after which the result stays valid. */
+/* Begins with the distances at y [ode->n], for the ode of a system. Neither is copied: both must
+   live until phys_closest_approach_end, after which the result stays valid. */
 enum ad_status phys_closest_approach_begin(const struct phys_ode *ode, double t, const double *y,
                                            struct phys_closest_approach *closest,
                                            struct ad_error *error);

@@ -7,7 +7,11 @@
        ... motion.x[2 * dof * i + k] at motion.t[i], known to motion.error ...
        phys_motion_solution_free(&motion);
 
-   phys_motion_diagnose (physics/stability/diagnostics.h) judges how reliable it is. */
+   phys_motion_diagnose (physics/stability/diagnostics.h) judges how reliable it is.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_MOTION_SOLVE_H
 #define PHYSICS_MOTION_SOLVE_H
 

@@ -1,5 +1,9 @@
 /* Initial-value problems y' = f(t, y): the vector field of a Lagrangian, of a Hamiltonian, or of a
-   user's callback. */
+   user's callback.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_ODE_ODE_H
 #define PHYSICS_ODE_ODE_H
 

@@ -1,4 +1,8 @@
-/* Stationary paths between two ends: solvers, verification, search for all of them. */
+/* Stationary paths between two ends: solvers, verification, search for all of them.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_PATH_PATH_H
 #define PHYSICS_PATH_PATH_H
 
@@ -147,9 +151,9 @@ enum ad_status phys_path_solve(const struct phys_solver *solver, const struct ph
                                const struct phys_path_settings *settings, double *path,
                                struct phys_path_info *info, struct ad_error *error);
 
-/* Finds the stationary path of a given energy (0: free end time) and its duration, starting from
-   settings->dt, which is replaced by that duration per slice. Uses Newton's method. AD_E_ACCURACY
-   if there is none, AD_E_ARGUMENT if L depends on time explicitly. */
+/* Finds the stationary path [dof x slices] of a given energy (0: free end time) and its duration,
+   starting from settings->dt, which is replaced by that duration per slice. Uses Newton's method.
+   AD_E_ACCURACY if there is none, AD_E_ARGUMENT if L depends on time explicitly. */
 enum ad_status phys_path_free_time(const struct phys_system *system,
                                    struct phys_path_settings *settings, double energy, double *path,
                                    struct phys_path_info *info, struct ad_error *error);
@@ -268,10 +272,11 @@ bool phys_path_jumps(const struct phys_system *system, const struct phys_path_se
 enum ad_status phys_path_spectrum(const struct phys_system *system,
                                   const struct phys_path_settings *settings, const double *path,
                                   struct phys_spectrum *spectrum, struct ad_error *error);
-/* Replaces the conjugate points by those of the motion between the ends of the path, found from the
-   Jacobi fields along it; each counts as often as the fields lose rank there. They are unchanged
-   where no motion is found near the path, and with more than PHYS_SHOOTING_DOF coordinates. Where
-   L_vv is indefinite they are the sign changes of the Jacobi fields' determinant. */
+/* Replaces the conjugate points by those of the motion between the ends of the path [dof x slices],
+   found from the Jacobi fields along it; each counts as often as the fields lose rank there. They
+   are unchanged where no motion is found near the path, and with more than PHYS_SHOOTING_DOF
+   coordinates. Where L_vv is indefinite they are the sign changes of the Jacobi fields'
+   determinant. */
 enum { PHYS_SHOOTING_DOF = 40 };
 enum ad_status phys_path_conjugate(const struct phys_system *system,
                                    const struct phys_path_settings *settings, const double *path,
@@ -297,8 +302,9 @@ struct phys_path_found {
     bool another; /* settings->compare is, or converges to, another stationary path between these
                      ends */
 };
-/* Runs phys_path_solve and measures its result, with one recording of the action. settings->proceed
-   is called within the motions, too. Free with phys_path_found_free in any case. */
+/* Runs phys_path_solve on path [dof x slices] and measures its result, with one recording of the
+   action. settings->proceed is called within the motions, too. Free with phys_path_found_free in
+   any case. */
 enum ad_status phys_path_find(const struct phys_solver *solver, const struct phys_system *system,
                               const struct phys_path_settings *settings, double *path,
                               struct phys_path_found *found, struct ad_error *error);

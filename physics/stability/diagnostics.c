@@ -199,13 +199,15 @@ enum ad_status phys_motion_diagnose(const struct phys_motion_settings *settings,
 {
     const struct phys_motion_solution *m = solution;
     struct phys_diagnosis *d = diagnosis;
+    struct phys_motion_settings own;
+    struct ad_error wrong = {0}; /* that of the motion does not matter here */
     bool complete = error->status == AD_OK;
-    if (AD_LACKS(error, diagnosis))
-        return error->status;
+    if (AD_LACKS(&wrong, diagnosis))
+        return ad_fail(error, wrong.status, "%s", wrong.message);
     *d = (struct phys_diagnosis){.error_before = NAN};
-    if (AD_LACKS(error, settings, solution))
-        return error->status;
-    AD_OWN(phys_motion_settings, settings, context, error);
+    if (AD_LACKS(&wrong, settings, solution) || !AD_TAKE(&own, settings, context, &wrong))
+        return ad_fail(error, wrong.status, "%s", wrong.message);
+    settings = &own;
     if (m->n == 0)
         return error->status; /* it did not begin */
     if (m->system->bodies <= PHYS_MOTION_FEW) {

@@ -1,5 +1,9 @@
 /* Reliability of a motion: steps that are too long, energy not conserved, nearly singular masses,
-   an error as large as the motion, and the horizon of predictability of a chaotic one. */
+   an error as large as the motion, and the horizon of predictability of a chaotic one.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_STABILITY_DIAGNOSTICS_H
 #define PHYSICS_STABILITY_DIAGNOSTICS_H
 

@@ -3,7 +3,10 @@
    From a start and a period nearby, Newton's method goes to x = (q, v) and T with x(T) = x: the
    nearest, where there are families of them (phases, energies, symmetries). Its derivatives are the
    state-transition matrix over the period, whose eigenvalues are the multipliers: a small
-   difference of the start in the direction of an eigenvector is multiplied by it in each period. */
+   difference of the start in the direction of an eigenvector is multiplied by it in each period.
+
+   Units are the scene's. Errors: AD_E_MEMORY, and those named. Threads: calls may run at once, on
+   one system, too. */
 #ifndef PHYSICS_STABILITY_PERIODIC_H
 #define PHYSICS_STABILITY_PERIODIC_H
 

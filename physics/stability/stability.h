@@ -1,5 +1,9 @@
 /* Limits of methods, known before they fail: the longest stable step on an oscillation, and the
-   time after which a chaotic motion is unpredictable. */
+   time after which a chaotic motion is unpredictable.
+
+   Units are the scene's. Errors: AD_E_ARGUMENT for NULL and numbers out of range, AD_E_MEMORY,
+   AD_E_NONFINITE where L is not finite, and those named. Threads: calls may run at once unless
+   they change one object; a system may be read by several. */
 #ifndef PHYSICS_STABILITY_STABILITY_H
 #define PHYSICS_STABILITY_STABILITY_H
 
@@ -50,7 +54,7 @@ struct phys_step_advice {
     double limit, resonance;         /* of dt there */
     char text[512];                  /* a warning and what to try; empty for good steps */
 };
-/* Stability of steps dt of a method at n points, given as for phys_normal_modes: the start, or a
+/* Stability of steps dt of a method at n points x, t [n], as of phys_normal_modes: the start, or a
    whole motion. */
 enum ad_status phys_step_advise(const struct phys_integrator *integrator,
                                 const struct phys_system *system, size_t n, const double *x,

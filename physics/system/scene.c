@@ -68,9 +68,9 @@ enum ad_status phys_system_open(const char *name, struct phys_system *system,
 enum ad_status phys_system_make(const struct phys_scene *scene, struct phys_system *system,
                                 struct ad_error *error)
 {
-    const char *flaw = scene ? phys_scene_flaw(scene) : "is missing (NULL)";
     if (AD_LACKS_RESULT(error, system))
         return error->status;
+    const char *flaw = scene ? phys_scene_flaw(scene) : "is missing (NULL)";
     return flaw ? ad_fail(error, AD_E_INPUT, "a scene %s", flaw)
                 : phys_system_begin(system, scene, error);
 }

@@ -1,6 +1,10 @@
 /* Scenes and systems. A scene is one const struct: a Lagrangian with its parameters, units and
    defaults. A system is a scene with parameter values. Paths are [dof x slices], row-major: row k
-   is coordinate k over time. */
+   is coordinate k over time.
+
+   Numbers are in the units that a scene names. Errors: AD_E_ARGUMENT for NULL and numbers out of
+   range, AD_E_MEMORY, and those named. Threads: calls may run at once unless they change one
+   system or tape; callbacks of scenes must allow that. */
 #ifndef PHYSICS_SYSTEM_SYSTEM_H
 #define PHYSICS_SYSTEM_SYSTEM_H
 
@@ -36,7 +40,7 @@ struct phys_param {
    where derivatives with respect to that parameter, or changes of it, are asked. The plain double
    params->m goes on working, as a constant. */
 #define PHYS_PARAM(params, m) phys_param(&(params)->m)
-ad_var phys_param(const double *at); /* {0} outside of a callback that records L */
+ad_var phys_param(const double *at); /* *at [1]; {0} outside of a callback that records L */
 
 /* A parameter by name. */
 struct phys_setting {
@@ -152,7 +156,7 @@ void phys_system_close(struct phys_system *system);
    keeps its value. */
 enum ad_status phys_system_set(struct phys_system *system, const char *name, double value,
                                struct ad_error *error);
-/* Sets n parameters in order, up to the first that is refused. */
+/* Sets parameters set [n] in order, up to the first that is refused. */
 enum ad_status phys_system_set_all(struct phys_system *system, size_t n,
                                    const struct phys_setting set[], struct ad_error *error);
 double phys_system_get(const struct phys_system *system, const char *name); /* NaN: unknown name */

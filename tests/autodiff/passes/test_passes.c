@@ -152,10 +152,12 @@ static void test_nonfinite(void **state)
     x[3 * 1000 + 777] = INFINITY;
     assert_int_equal(ad_run_checked(a.program, &error), AD_E_NONFINITE);
     assert_non_null(strstr(error.message, "\"x\""));
+    error = (struct ad_error){0};
     x[3 * 1000 + 777] = 1e200; /* its square is the first that is infinite */
     assert_int_equal(ad_run_checked(a.program, &error), AD_E_NONFINITE);
     assert_non_null(strstr(error.message, "inf at row"));
     assert_non_null(strstr(error.message, "column 77"));
+    error = (struct ad_error){0};
     x[3 * 1000 + 777] = 0.5;
     assert_int_equal(ad_run_checked(a.program, &error), AD_OK);
     action_free(&a);

@@ -91,7 +91,8 @@ static void test_compiled(void **state)
                 finite += !isnan(now);
             }
             assert_true(finite < 5);
-            assert_int_equal(ad_run_checked(p, NULL), AD_E_ACCURACY);
+            struct ad_error error = {0};
+            assert_int_equal(ad_run_checked(p, &error), AD_E_ACCURACY);
             assert_int_equal(ad_rerun(p), AD_E_ARGUMENT);
         }
         asked = (struct asked){0, SIZE_MAX};

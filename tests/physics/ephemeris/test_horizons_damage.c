@@ -164,7 +164,8 @@ static void test_files_that_cannot_be_read(void **state)
     struct ad_error error = {0};
     assert_int_equal(phys_horizons_read(files_temporary("absent").text, &table, &error), AD_E_IO);
     assert_mentions(error.message, "absent");
-    assert_int_equal(phys_horizons_read(files_temporary("").text, &table, NULL), AD_E_IO);
+    error = (struct ad_error){0};
+    assert_int_equal(phys_horizons_read(files_temporary("").text, &table, &error), AD_E_IO);
     phys_horizons_free(&table);
     phys_horizons_free(NULL);
 }
