@@ -26,8 +26,8 @@ AD_HEADER_BEGIN
 enum hnn_kind {
     HNN_BASELINE,    /* the network predicts dx/dt */
     HNN_HAMILTONIAN, /* the network is H; dq/dt = H_p, dp/dt = -H_q */
-    /* L = E (sum of (v/scale)^2/2 + the network), with E and scale of hnn_model_normalise, else 1:
-       as it begins L_vv is near the first term's. States are (q, v), at most 32 coordinates. */
+    /* L = E (sum of (v/scale)^2/2 + the network), with E and scale of hnn_model_normalise, else 1.
+       States are (q, v), at most 32 coordinates. */
     HNN_LAGRANGIAN
 };
 

@@ -7,18 +7,44 @@
 #include <stdlib.h>
 #include <string.h>
 
-static enum ad_status check_settings(const struct phys_simulation *s, struct ad_error *error)
+/* Samples at times that are not reached would be missing. */
+static enum ad_status check_times(const struct phys_simulation *s, struct ad_error *error)
+{
+    double last = s->t0, direction = s->t1 < s->t0 ? -1 : 1;
+    for (size_t k = 0; s->times && s->every == 0 && k < s->n_samples; last = s->times[k++])
+        if (!((s->times[k] - last) * direction >= 0 && (s->t1 - s->times[k]) * direction >= 0))
+            return ad_fail(
+                error, AD_E_ARGUMENT,
+                "times[%zu] = %.17g behind %.17g: expected one in order, from t0 = %.17g "
+                "to t1 = %.17g",
+                k, s->times[k], last, s->t0, s->t1);
+    return AD_OK;
+}
+
+static enum ad_status check_settings(const struct phys_simulation *s, size_t n,
+                                     struct ad_error *error)
 {
     if (!isfinite(s->t0) || !isfinite(s->t1))
-        return ad_fail(error, AD_E_ARGUMENT, "time from %g to %g, expected finite numbers", s->t0,
-                       s->t1);
+        return ad_fail(error, AD_E_ARGUMENT, "time t0 = %g to t1 = %g, expected finite numbers",
+                       s->t0, s->t1);
+    if (s->n_events && !s->events)
+        return ad_fail(error, AD_E_ARGUMENT, "%zu events: got NULL", s->n_events);
     if (s->integrator->adaptive) {
         if (!(s->rtol >= 0 && s->atol >= 0 && s->rtol + s->atol > 0))
             return ad_fail(error, AD_E_ARGUMENT,
                            "tolerances %g relative, %g absolute; expected positive numbers",
                            s->rtol, s->atol);
+        if (!isfinite(s->dt) || !(s->min_step >= 0 && isfinite(s->min_step)))
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "first step dt = %g, min_step = %g: expected numbers, 0 for the default",
+                           s->dt, s->min_step);
+        for (size_t k = 0; s->scale && k < n; k++)
+            if (!(s->scale[k] > 0))
+                return ad_fail(error, AD_E_ARGUMENT, "scale[%zu]: expected more than 0, got %g", k,
+                               s->scale[k]);
+        return check_times(s, error);
     } else if (!(s->dt > 0 && isfinite(s->dt))) {
-        return ad_fail(error, AD_E_ARGUMENT, "%s: time step %g, expected a positive number",
+        return ad_fail(error, AD_E_ARGUMENT, "%s: time step dt = %g, expected a positive number",
                        s->integrator->name, s->dt);
     } else if (!(fabs(s->t1 - s->t0) / s->dt < 1e15)) {
         return ad_fail(error, AD_E_ARGUMENT,
@@ -323,7 +349,7 @@ enum ad_status phys_run_open(struct run *run, const struct phys_simulation *sett
     *run = (struct run){.own = *settings, .info = info, .last_norm = 1e-4};
     run->settings = &run->own;
     *info = (struct phys_simulation_info){.t = settings->t0};
-    if (check_settings(settings, error) != AD_OK ||
+    if (check_settings(settings, ode->n, error) != AD_OK ||
         (settings->integrator->adaptive &&
          default_sizes(run, &run->own, ode, y, &run->sizes, error) != AD_OK))
         return error->status;

@@ -265,6 +265,13 @@ static enum ad_status begin(struct solving *s, struct ad_error *error)
     size_t dof = m->system->dof;
     if (!(settings->time > 0))
         return ad_fail(error, AD_E_ARGUMENT, "time: expected more than 0, got %g", settings->time);
+    const double number[] = {settings->error, settings->dt, settings->tolerance};
+    for (size_t k = 0; k < sizeof number / sizeof *number; k++)
+        if (!(number[k] >= 0 && isfinite(number[k])))
+            return ad_fail(error, AD_E_ARGUMENT, "%s: expected more than 0, or 0 for none, got %g",
+                           (const char *[]){"error", "dt", "tolerance"}[k], number[k]);
+    if (settings->n_crossings && !settings->crossings)
+        return ad_fail(error, AD_E_ARGUMENT, "%zu crossings: got NULL", settings->n_crossings);
     if (!(m->start = calloc(2 * dof, sizeof *m->start)))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (phys_motion_start(m->system, settings->seed, settings->q, settings->v, m->start, error) !=

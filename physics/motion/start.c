@@ -9,9 +9,11 @@ enum ad_status phys_motion_start(const struct phys_system *system, uint64_t seed
     size_t dof = system->dof;
     if (q)
         memcpy(start, q, dof * sizeof *start);
+    else if (system->scene->start(system->params, seed, start, start + dof, error) != AD_OK)
+        return error->status;
     if (v)
         memcpy(start + dof, v, dof * sizeof *start);
-    return q ? AD_OK : system->scene->start(system->params, seed, start, start + dof, error);
+    return AD_OK;
 }
 
 enum ad_status phys_motion_check_start(const struct phys_system *system, uint64_t seed,

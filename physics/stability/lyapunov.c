@@ -218,12 +218,24 @@ enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
     size_t n = ode->n;
     double tolerance = settings->tolerance > 0 ? settings->tolerance : usual;
     if (!(settings->t1 > settings->t0))
-        return ad_fail(error, AD_E_ARGUMENT, "growth from t = %g to %g: expected a later end",
+        return ad_fail(error, AD_E_ARGUMENT, "growth from t0 = %g to t1 = %g: expected a later end",
                        settings->t0, settings->t1);
+    if (!(settings->tolerance >= 0))
+        return ad_fail(error, AD_E_ARGUMENT, "tolerance: expected more than 0, or 0 for %g, got %g",
+                       usual, settings->tolerance);
+    double length = settings->direction ? 0 : 1;
+    for (size_t k = 0; k < n; k++) {
+        if (settings->scale && !(settings->scale[k] > 0 && isfinite(settings->scale[k])))
+            return ad_fail(error, AD_E_ARGUMENT, "scale[%zu]: expected more than 0, got %g", k,
+                           settings->scale[k]);
+        length += settings->direction ? fabs(settings->direction[k]) : 0;
+    }
+    if (!(length > 0 && isfinite(length)))
+        return ad_fail(error, AD_E_ARGUMENT, "direction: expected numbers, not all 0");
     if (!(settings->known > 0 && settings->lost > settings->known))
         return ad_fail(error, AD_E_ARGUMENT,
-                       "differences of %g at the start and %g at the horizon, expected positive "
-                       "numbers, the second larger",
+                       "differences known = %g at the start and lost = %g at the horizon, expected "
+                       "positive numbers, the second larger",
                        settings->known, settings->lost);
     double *memory = calloc(6 * n, sizeof *memory);
     if (!memory)
