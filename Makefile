@@ -95,7 +95,7 @@ PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/status.h autodiff/version.h 
               quantum/run.h quantum/slit.h quantum/published.h)
 
 # Raised whenever a program compiled before could fail (docs/compatibility.md, scripts/abi).
-SOVERSION = 3
+SOVERSION = 4
 
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
