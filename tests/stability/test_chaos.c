@@ -295,7 +295,7 @@ static void wrong_questions_are_refused(void **state)
         struct phys_lyapunov_settings settings;
         const char *says;
     } cases[] = {
-        {{sizeof(struct phys_lyapunov_settings), .t1 = 0, .known = 1, .lost = 2}, "t 0 end"},
+        {{sizeof(struct phys_lyapunov_settings), .t1 = 0, .known = 1, .lost = 2}, "t1 0 end"},
         {{sizeof(struct phys_lyapunov_settings), .t1 = 1, .known = 0, .lost = 2}, "0 start"},
         {{sizeof(struct phys_lyapunov_settings), .t1 = 1, .known = 2, .lost = 1}, "1 horizon"},
     };
