@@ -9,6 +9,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 /* ---- options ---- */
 
@@ -18,6 +19,7 @@ static enum ad_status check(const struct simulate_options *options, struct ad_er
         return ad_fail(error, AD_E_ARGUMENT, "--horizon: expected less than %g, got %g",
                        PHYS_MOTION_LOST, options->horizon);
     bool fixed = !isnan(options->dt);
+    const char *plot = options->common.plot, *dot = plot ? strrchr(plot, '.') : NULL;
     const struct conflict conflicts[] = {
         {fixed && !isnan(options->tolerance),
          "--dt and --tol: expected one of them; leave the other out"},
@@ -26,6 +28,11 @@ static enum ad_status check(const struct simulate_options *options, struct ad_er
         {options->hold && isnan(options->periodic), "--hold needs --periodic T"},
         {!isnan(options->periodic) && (options->data || options->ensemble),
          "--periodic: not with --data or --ensemble; leave one out"},
+        {options->section && plot &&
+             !(dot && (!strcasecmp(dot, ".svg") || !strcasecmp(dot, ".png"))),
+         "--plot: --section is a still; expected a name ending in .svg or .png"},
+        {options->section_axes && !(options->section && options->common.plot),
+         "--section-axes needs --section and --plot"},
         {options->by && !options->sensitivity, "--by needs --sensitivity"},
         {options->every != OPTION_NO_COUNT && options->samples != OPTION_NO_COUNT,
          "--every and --samples: expected one of them; leave the other out"},
@@ -40,20 +47,24 @@ static enum ad_status check(const struct simulate_options *options, struct ad_er
 static enum ad_status read_crossings(struct simulate_run *run, struct ad_error *error)
 {
     const struct texts *texts = &run->options->events;
-    const char *until = run->options->until;
-    size_t n = texts->n + (until != NULL), k = 0;
+    const char *until = run->options->until, *section = run->options->section;
+    size_t n = texts->n + (section != NULL) + (until != NULL), k = 0;
+    run->section.number = section ? texts->n + 1 : 0;
     run->crossings = calloc(n + 1, sizeof *run->crossings);
     if (!run->crossings)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     for (; k < n; k++)
-        if (phys_crossing_read(&run->system, k < texts->n ? texts->text[k] : until,
+        if (phys_crossing_read(&run->system,
+                               k < texts->n                   ? texts->text[k]
+                               : k + 1 == run->section.number ? section
+                                                              : until,
                                &run->crossings[k], error) != AD_OK)
             return error->status;
     if (until)
         run->crossings[n - 1].last = true;
     run->settings.n_crossings = n;
     run->settings.crossings = run->crossings;
-    return AD_OK;
+    return simulate_section_axes(run, error);
 }
 
 /* --tol is the error of a step where the method given chooses them, else that of the motion. */
@@ -98,7 +109,7 @@ static enum ad_status setup(const struct simulate_options *o, struct simulate_ru
 static void release(struct simulate_run *run)
 {
     phys_motion_solution_free(&run->motion);
-    AD_FREE(run->exponents, run->cyclic, run->kept);
+    AD_FREE(run->exponents, run->cyclic, run->kept, run->section.row);
     simulate_sensitivity_free(run);
     simulate_ephemeris_free(run);
     phys_periodic_free(&run->periodic);
@@ -240,6 +251,8 @@ static enum ad_status follow(void *context, struct ad_error *error)
         find_exponents(run, error);
     if (error->status == AD_OK)
         simulate_sensitivity(run, error);
+    if (error->status == AD_OK)
+        simulate_section(run, NULL, error);
     for (size_t k = 0; k < run->diagnosis.n_warnings && !common->quiet; k++)
         fprintf(stderr, "leastaction simulate: warning: %s\n", run->diagnosis.warning[k]);
     return error->status;
@@ -263,7 +276,8 @@ static enum ad_status judge(const struct simulate_run *run, struct ad_error *err
         return ad_fail(error, AD_E_ACCURACY, "--until %s: not before t = %g; try a longer --time",
                        run->options->until, info->t);
     struct ad_error missed = {0};
-    if (simulate_ephemeris_judge(run, error) == AD_OK &&
+    if (simulate_section_judge(run, error) == AD_OK &&
+        simulate_ephemeris_judge(run, error) == AD_OK &&
         phys_motion_met(&run->settings, &run->motion, &missed) != AD_OK)
         simulate_refuse("--tol: ", &missed, error);
     return error->status;
@@ -292,6 +306,11 @@ static const struct option table[] = {
     {"event", "QUANTITY=VALUE", OPTION_TEXTS, NULL, "when it crosses it, see below; repeatable",
      AT(events)},
     {"until", "QUANTITY=VALUE", OPTION_TEXT, NULL, "the same, and the run ends there", AT(until)},
+    {"section", "QUANTITY=VALUE", OPTION_TEXT, NULL,
+     "the states where it crosses it: what --csv, --out and --plot have", AT(section)},
+    {"section-axes", "A,B", OPTION_TEXT, NULL,
+     "of --section --plot: two of coordinates, velocities and t [what spreads most]",
+     AT(section_axes)},
     {"ensemble", "FILE.csv", OPTION_INPUT, NULL, "many motions, a row each, see below",
      AT(ensemble)},
     {"every", "K", OPTION_SOME, NULL, "steps from sample to sample", AT(every)},
@@ -350,6 +369,10 @@ const struct command command_simulate = {
              "energy,\n"
              "distance:A of body A from the origin, distance:A,B of two bodies. 'theta=0' finds\n"
              "every crossing, 'theta>0' those where it rises, 'theta<0' where it falls.\n"
+             "--section has a row for each, with the error there: neither the start nor a touch is "
+             "one. Points\n"
+             "are known until that error exceeds --tol, or a thousandth of the largest "
+             "coordinate.\n"
              "The columns of --ensemble are named by coordinates, v_ and a coordinate, and "
              "parameters; what has\n"
              "none is the scene's. All members go by taylor (dop853 where it has no series), "

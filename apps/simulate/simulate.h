@@ -10,13 +10,14 @@
 #include "physics/ephemeris/models.h"
 #include "physics/gas/order.h"
 #include "physics/io/hdf5_file.h"
-#include "physics/motion/solve.h"
+#include "physics/motion/ensemble.h"
 #include "physics/stability/diagnostics.h"
 #include "physics/stability/periodic.h"
 
 struct simulate_options {
     struct common common;
-    const char *integrator, *data, *from, *rough, *until, *by, *ensemble, *hold;
+    const char *integrator, *data, *from, *rough, *until, *section, *section_axes, *by, *ensemble,
+        *hold;
     struct texts events;
     double dt, tolerance, time, horizon, periodic;
     size_t every, samples, days, lyapunov;
@@ -25,12 +26,28 @@ struct simulate_options {
 
 enum { SIMULATE_PARAMETERS = 64 };
 
+enum { SIMULATE_NAME = 72 };
+
+/* The crossings of a surface that are no touches. */
+struct simulate_section {
+    size_t number;  /* of its event, from 1; 0: not asked for */
+    size_t axis[2]; /* of the picture: columns of a row; 0: chosen by the points */
+    size_t n, touches;
+    /* [n][3 + 2 dof]: row of the ensemble, from 1; t, q, v; the error of the coordinates there,
+       NaN: not known. */
+    double *row;
+    double accuracy; /* --tol, or a thousandth of the largest coordinate */
+    size_t known;    /* points before the error of their motion exceeds that, ... */
+    double lost;     /* ... and the time of the first that is not; NaN: all are */
+};
+
 /* A run: what is asked, and what was found. */
 struct simulate_run {
     const struct simulate_options *options;
     struct phys_system system;
     struct phys_motion_settings settings;
     struct phys_crossing *crossings; /* [settings.n_crossings] */
+    struct simulate_section section;
     struct phys_motion_solution motion;
     struct phys_diagnosis diagnosis;
     double *exponents, *change;    /* [options->lyapunov]; NULL: none */
@@ -66,7 +83,7 @@ static inline enum ad_status simulate_refuse(const char *option, const struct ad
 }
 
 /* --ensemble: reads the table, runs and writes. */
-enum ad_status simulate_ensemble(const struct simulate_run *run, struct ad_error *error);
+enum ad_status simulate_ensemble(struct simulate_run *run, struct ad_error *error);
 
 /* With --data: system, start, method and steps from the tables, and, with --tol, of the least
    model. */
@@ -81,6 +98,21 @@ enum ad_status simulate_ephemeris_judge(const struct simulate_run *run, struct a
 /* --periodic: the start becomes that of the periodic motion near it (simulate_periodic.c). */
 enum ad_status simulate_periodic(struct simulate_run *run, struct ad_error *error);
 void simulate_report_periodic(const struct simulate_run *run, struct report *report);
+
+/* Name of quantity k [SIMULATE_NAME]: coordinates, velocities, energy, t. */
+void simulate_quantity(const struct phys_system *system, size_t k, char *name);
+
+/* --section (simulate_section.c, section_picture.c): the axes asked for; the points of the motion,
+   or of many; AD_E_ACCURACY where there are none; what is written. The CSV has a row a point. */
+enum ad_status simulate_section_axes(struct simulate_run *run, struct ad_error *error);
+enum ad_status simulate_section(struct simulate_run *run, const struct phys_ensemble *many,
+                                struct ad_error *error);
+enum ad_status simulate_section_judge(const struct simulate_run *run, struct ad_error *error);
+void simulate_section_report(const struct simulate_run *run, struct report *report);
+void simulate_section_csv(const struct simulate_run *run, FILE *out);
+void simulate_section_file(const struct simulate_run *run, phys_hdf5 *file);
+enum ad_status simulate_section_picture(const struct simulate_run *run, struct plot *plot,
+                                        struct ad_error *error);
 
 /* Derivatives of the end, with --sensitivity (simulate_sensitivity.c). */
 enum ad_status simulate_sensitivity(struct simulate_run *run, struct ad_error *error);

@@ -18,8 +18,9 @@ static enum ad_status check(const struct simulate_run *run, struct ad_error *err
          "--ensemble: not with --reverse, --horizon, --sensitivity or --lyapunov, which are of one "
          "motion"},
         {o->data != NULL, "--ensemble and --data: expected one of them; leave the other out"},
-        {o->common.plot != NULL, "--ensemble and --plot: there is no picture of many motions; "
-                                 "give --csv or --out"},
+        {o->common.plot && !o->section,
+         "--ensemble and --plot: there is no picture of many motions; "
+         "give --section, --csv or --out"},
     };
     if (options_conflicts(sizeof conflicts / sizeof *conflicts, conflicts, error) == AD_OK &&
         given && !given->adaptive)
@@ -53,7 +54,10 @@ static enum ad_status follow(void *context, struct ad_error *error)
     struct ad_error cause = {0};
     interrupt_catch();
     phys_ensemble_solve(&r->run->system, &r->settings, &r->ensemble, &cause);
-    return cause.status == AD_OK ? AD_OK
+    if (cause.status == AD_OK && simulate_section(r->run, &r->ensemble, error) == AD_OK &&
+        r->run->diagnosis.n_warnings && !r->run->options->common.quiet)
+        fprintf(stderr, "leastaction simulate: warning: %s\n", r->run->diagnosis.warning[0]);
+    return cause.status == AD_OK ? error->status
                                  : ad_fail(error, cause.status, "%s: %.400s",
                                            r->run->options->ensemble, cause.message);
 }
@@ -91,13 +95,21 @@ static enum ad_status judge(const struct ensemble_run *r, struct ad_error *error
     struct ad_error missed = {0};
     if (phys_ensemble_met(&r->settings, e, &missed) != AD_OK)
         return simulate_refuse(e->missed && !e->failed ? "--tol: " : "", &missed, error);
-    return r->run->options->until ? judge_until(r, error) : AD_OK;
+    if (r->run->options->until && judge_until(r, error) != AD_OK)
+        return error->status;
+    return simulate_section_judge(r->run, error);
 }
 
-enum ad_status simulate_ensemble(const struct simulate_run *run, struct ad_error *error)
+static enum ad_status picture(const void *context, struct plot *plot, struct ad_error *error)
+{
+    const struct ensemble_run *r = context;
+    return simulate_section_picture(r->run, plot, error);
+}
+
+enum ad_status simulate_ensemble(struct simulate_run *run, struct ad_error *error)
 {
     static const struct output_kind outputs = {simulate_ensemble_report, simulate_ensemble_file,
-                                               simulate_ensemble_csv, NULL, NULL};
+                                               simulate_ensemble_csv, picture, NULL};
     struct ensemble_run r = {.run = run,
                              .settings = {.size = sizeof(struct phys_ensemble_settings),
                                           .motion = &run->settings,

@@ -4,20 +4,15 @@
 
 #include "simulate.h"
 #include "apps/output/outputs.h"
-#include "physics/motion/ensemble.h"
-
-enum { ENSEMBLE_NAME = 72 };
 
 struct ensemble_run {
-    const struct simulate_run *run;
+    struct simulate_run *run;
     struct phys_ensemble_settings settings;
     struct phys_ensemble ensemble;
     char **names; /* [settings.n_columns], NULL where a column has none */
     double *values;
 };
 
-/* Name of quantity k [ENSEMBLE_NAME]: coordinates, velocities, energy. */
-void simulate_ensemble_quantity(const struct phys_ensemble *e, size_t k, char *name);
 /* What is printed and, by --json, written (simulate_ensemble_report.c). */
 void simulate_ensemble_report(const void *context, struct report *report);
 /* A row for each member and time that it reached. */

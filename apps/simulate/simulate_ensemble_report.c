@@ -8,17 +8,6 @@
 
 enum { MOST_FAILURES = 12 };
 
-void simulate_ensemble_quantity(const struct phys_ensemble *e, size_t k, char *name)
-{
-    char coordinate[64];
-    if (k >= 2 * e->dof) {
-        snprintf(name, ENSEMBLE_NAME, "%s", k == 2 * e->dof ? "energy" : "t");
-        return;
-    }
-    phys_coordinate_name(e->system, k % e->dof, coordinate, sizeof coordinate);
-    snprintf(name, ENSEMBLE_NAME, "%s%s", k < e->dof ? "" : "v_", coordinate);
-}
-
 static void report_spread(const struct phys_ensemble *e, struct report *report)
 {
     static const char *const keys[PHYS_ENSEMBLE_QUANTILES] = {"q05", "q25", "q50", "q75", "q95"};
@@ -26,8 +15,8 @@ static void report_spread(const struct phys_ensemble *e, struct report *report)
                                                                 "95 %"};
     for (size_t k = 0; k <= 2 * e->dof + 1; k++) {
         const struct phys_spread *s = &e->spread[e->n_times * (2 * e->dof + 1) + k];
-        char name[ENSEMBLE_NAME];
-        simulate_ensemble_quantity(e, k, name);
+        char name[SIMULATE_NAME];
+        simulate_quantity(e->system, k, name);
         report_item(report, "end");
         report_text(report, "quantity", "at the end", name);
         report_count(report, "members", "members", s->n);
@@ -114,6 +103,7 @@ void simulate_ensemble_report(const void *context, struct report *report)
     report_flag(report, "vectors", NULL, e->vectors);
     report->passing = false;
     report_errors(r, report);
+    simulate_section_report(r->run, report);
     report_spread(e, report);
     report_members(e, report);
     for (size_t i = 0; i < e->n && shown < MOST_FAILURES; i++)

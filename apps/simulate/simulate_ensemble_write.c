@@ -9,10 +9,14 @@ void simulate_ensemble_csv(const void *context, FILE *out)
 {
     const struct ensemble_run *r = context;
     const struct phys_ensemble *e = &r->ensemble;
-    char name[ENSEMBLE_NAME];
+    char name[SIMULATE_NAME];
+    if (r->run->section.number) {
+        simulate_section_csv(r->run, out);
+        return;
+    }
     fputs("row,t", out);
     for (size_t k = 0; k <= 2 * e->dof; k++) {
-        simulate_ensemble_quantity(e, k, name);
+        simulate_quantity(e->system, k, name);
         fprintf(out, ",%s", name);
     }
     fputc('\n', out);
@@ -121,6 +125,7 @@ enum ad_status simulate_ensemble_file(const void *context, phys_hdf5 *file, stru
     char speed[64];
     const char *time = unit_shown(scene->time_unit);
     snprintf(speed, sizeof speed, "%s%s%s", scene->unit, *time ? "/" : "", time);
+    simulate_section_file(r->run, file);
     phys_hdf5_integer(file, "/", "seed", (int64_t)r->run->options->common.seed, NULL);
     report_parameters(e->system, file);
     phys_hdf5_write(file, "columns", AD_F64, 2, (size_t[]){r->settings.n, r->settings.n_columns},

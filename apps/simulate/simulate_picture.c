@@ -221,6 +221,8 @@ enum ad_status simulate_picture(const void *context, struct plot *plot, struct a
     struct coordinates view;
     struct line line = {0};
     char title[160];
+    if (run->section.number)
+        return simulate_section_picture(run, plot, error);
     if (run->has_order)
         return simulate_gas_picture(run, plot, error);
     double *errors = relative_errors(s);

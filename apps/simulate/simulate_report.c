@@ -176,10 +176,10 @@ static void report_crossing(const struct simulate_run *run, size_t i, struct rep
                                      run->crossings[(size_t)c->which[i] - 1].text, digits,
                                      phys_known_digits(c->t[i], 2 * c->uncertainty[i]));
     for (size_t k = 0; k < 2 * dof && dof <= WIDE && length < sizeof text; k++) {
-        char name[64];
-        phys_coordinate_name(&run->system, k % dof, name, sizeof name);
-        length += (size_t)snprintf(text + length, sizeof text - length, ", %s%s = %.6g",
-                                   k < dof ? "" : "v_", name, c->x[2 * i * dof + k]);
+        char name[SIMULATE_NAME];
+        simulate_quantity(&run->system, k, name);
+        length += (size_t)snprintf(text + length, sizeof text - length, ", %s = %.6g", name,
+                                   c->x[2 * i * dof + k]);
     }
     report_line(report, "%s%s", text, c->touch[i] != 0 ? ", touched, not crossed" : "");
 }
@@ -189,7 +189,7 @@ static void report_crossings(const struct simulate_run *run, struct report *repo
 {
     enum { MOST = 12 };
     const struct phys_crossed *c = &run->motion.crossed;
-    size_t dof = run->system.dof;
+    size_t dof = run->system.dof, shown = 0;
     if (run->settings.n_crossings == 0)
         return;
     report->passing = true;
@@ -207,10 +207,11 @@ static void report_crossings(const struct simulate_run *run, struct report *repo
     }
     report_item(report, NULL);
     report->passing = false;
-    for (size_t i = 0; i < c->n && i < MOST; i++)
-        report_crossing(run, i, report);
-    if (c->n > MOST)
-        report_line(report, "  and %zu more: --json and --out have all", c->n - MOST);
+    for (size_t i = 0; i < c->n; i++)
+        if ((size_t)c->which[i] != run->section.number && shown++ < MOST)
+            report_crossing(run, i, report);
+    if (shown > MOST)
+        report_line(report, "  and %zu more: --json and --out have all", shown - MOST);
     for (size_t k = 0; k < run->settings.n_crossings; k++) {
         bool found = false;
         for (size_t i = 0; i < c->n; i++)
@@ -297,6 +298,7 @@ void simulate_report(const void *context, struct report *report)
     report_error(run, estimate, report);
     report_closest(run, &run->motion.closest, report);
     report_crossings(run, report);
+    simulate_section_report(run, report);
     report_gas(run, report);
     report_diagnosis(run, report);
     report_total(report, run, false);

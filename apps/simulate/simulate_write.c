@@ -11,11 +11,15 @@ void simulate_write_csv(const void *context, FILE *out)
     const struct simulate_run *run = context;
     const struct phys_motion_solution *s = &run->motion;
     size_t dof = run->system.dof;
-    char name[64];
+    char name[SIMULATE_NAME];
+    if (run->section.number) {
+        simulate_section_csv(run, out);
+        return;
+    }
     fputs("t", out);
     for (size_t k = 0; k < 2 * dof; k++) {
-        phys_coordinate_name(&run->system, k % dof, name, sizeof name);
-        fprintf(out, ",%s%s", k < dof ? "" : "v_", name);
+        simulate_quantity(&run->system, k, name);
+        fprintf(out, ",%s", name);
     }
     fputc('\n', out);
     for (size_t i = 0; i < s->n; i++) {
@@ -92,6 +96,7 @@ enum ad_status simulate_file(const void *context, phys_hdf5 *file, struct ad_err
         phys_hdf5_text(file, "error", "unit", scene->unit);
     }
     file_events(run, file);
+    simulate_section_file(run, file);
     if (file_half(s, 0, "path", file, error) == AD_OK &&
         file_half(s, 1, "velocity", file, error) == AD_OK)
         file_units(scene, file);

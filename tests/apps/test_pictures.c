@@ -87,6 +87,7 @@ static void test_texts_are_apart(void **state)
         "modes dimer",
         "simulate kepler --time 20",                               /* a centre */
         "simulate pendulum --event theta=0 --event 'v_theta>0.1'", /* events */
+        "simulate kepler --time 50 --section y=0 --section-axes t,v_y",
         "simulate pythagorean --time 5",
         "simulate arenstorf",
         "simulate ./chain.so --time 5",
