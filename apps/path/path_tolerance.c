@@ -2,6 +2,7 @@
 #include "autodiff/free.h"
 #include "path.h"
 #include "apps/interrupt.h"
+#include "physics/path/path_units.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -46,15 +47,16 @@ enum ad_status path_check_tolerance(const struct path_run *run, struct ad_error 
 static double ends_error(const struct path_run *run, struct ad_error *error)
 {
     size_t dof = run->system.dof, n = run->settings.slices;
-    double most = 0, *ends = malloc(2 * dof * sizeof *ends);
+    double most = 0, *ends = malloc(2 * dof * sizeof *ends), *unit = NULL;
     if (!ends)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else if (!path_from_file(run->options) && !run->given &&
              path_motion(run, 2, (double)(n - 1) * run->settings.dt, 10 * PATH_TIGHTEST, ends,
                          error) == AD_OK)
-        for (size_t k = 0; k < 2 * dof; k++)
-            most = fmax(most, fabs(ends[k] - run->start[k / 2 * n + k % 2 * (n - 1)]));
-    free(ends);
+        unit = phys_path_units(&run->system, &run->settings, NULL, run->start, error);
+    for (size_t k = 0; unit && k < 2 * dof; k++)
+        most = fmax(most, fabs(ends[k] - run->start[k / 2 * n + k % 2 * (n - 1)]) / unit[k / 2]);
+    AD_FREE(ends, unit);
     return most;
 }
 

@@ -5,6 +5,7 @@
    so a run for each colour of coordinates that no row couples gives them all; all but the first
    recompute only what depends on the seed. */
 #include "derivatives.h"
+#include "units.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -57,7 +58,8 @@ enum ad_status phys_derivatives_new(struct phys_derivatives *d, const struct phy
                                     size_t columns, const struct phys_action *action,
                                     struct ad_error *error)
 {
-    *d = (struct phys_derivatives){.dof = system->dof,
+    *d = (struct phys_derivatives){.units = phys_may_differ_in_unit(system),
+                                   .dof = system->dof,
                                    .columns = action ? ad_cols(action->points.q) : columns};
     d->work = malloc(((2 * d->dof + 1) * d->columns + d->dof) * sizeof *d->work);
     if (!action)

@@ -15,6 +15,7 @@ struct phys_derivatives {
     ad_var L_qq, L_qv, L_vq, L_vv; /* times the seed, [dof x columns]; L_qv: d/dq of L_v seed */
     ad_program *first, *second;    /* L, L_q, L_v (not of an action); L_q, L_v and the others */
     double *work;                  /* [2 dof + 1][columns], [dof] */
+    bool units;                    /* coordinates may differ in unit (units.h) */
     struct phys_coupling coupling;
 };
 

@@ -1,5 +1,6 @@
 /* Functions common to all vector fields. */
 #include "internal.h"
+#include "physics/action/units.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -124,18 +125,14 @@ static double energy_curvature(const struct phys_ode *ode, double t, size_t k, d
     return curvature;
 }
 
-enum { FEW = 64 }; /* coordinates */
-static const double another_unit = 0.1;
-
-/* Coordinates of different units have different masses: sqrt(m_k) q_k are of one unit. A coordinate
-   whose size is by that less than a tenth of the common one gets its own, and its velocity or
-   momentum, too; not those of bodies, whose masses differ in one unit. scale: x_size, v_size. */
+/* A coordinate of another unit (units.h) gets a size of its own, and its velocity or momentum, too.
+   scale: x_size, v_size. */
 static void separate_units(const struct phys_ode *ode, double t, const double *start, double *scale)
 {
     const size_t dof = ode->n / 2;
-    const struct phys_system *s = ode->system;
-    double mass[FEW], y[2 * FEW], most = 0, ratio[FEW], largest_momentum = 0;
-    if (!s || !ode->energy || dof > FEW || dof < 2 || (s->dims > 1 && s->bodies > 1))
+    double mass[PHYS_UNITS_MOST], y[2 * PHYS_UNITS_MOST], ratio[PHYS_UNITS_MOST],
+        largest_momentum = 0;
+    if (!ode->system || !ode->energy || !phys_may_differ_in_unit(ode->system))
         return;
     memcpy(y, start, dof * sizeof *y);
     for (size_t k = 0; k < dof; k++) {
@@ -144,19 +141,16 @@ static void separate_units(const struct phys_ode *ode, double t, const double *s
         mass[k] = ode->enter ? 1 / curvature : curvature; /* of p and of v */
         if (!(mass[k] > 0 && isfinite(mass[k])))
             return;
-        most = fmax(most, sqrt(mass[k]) * fabs(start[k]));
     }
-    for (size_t k = 0; k < dof; k++) {
-        ratio[k] = most > 0 ? most / sqrt(mass[k]) / scale[0] : 1;
-        ratio[k] = ratio[k] < another_unit ? ratio[k] : 1;
+    phys_units(dof, mass, start, ratio);
+    for (size_t k = 0; k < dof; k++)
         largest_momentum = fmax(largest_momentum, ratio[k] * mass[k]);
-    }
     for (size_t k = 0; k < dof; k++) {
         double of_momentum = ratio[k] * mass[k] / largest_momentum;
         scale[k] *= ratio[k];
         if (!ode->enter)
             scale[dof + k] *= ratio[k];
-        else if (of_momentum < another_unit)
+        else if (of_momentum < PHYS_ANOTHER_UNIT)
             scale[dof + k] *= of_momentum;
     }
 }

@@ -6,6 +6,7 @@
 #include "autodiff/sized.h"
 #include "mesh.h"
 #include "newton.h"
+#include "path_units.h"
 #include "physics/io/grow.h"
 
 #include <math.h>
@@ -24,7 +25,7 @@ struct branch {
     struct phys_system *system;
     const struct phys_continuation *of;
     struct phys_path_settings settings; /* of the path */
-    double *path, *mesh;
+    double *path, *mesh, *unit;         /* unit: of path_units.h */
     double at, rate, size; /* share of the way; movement over it; extent of the largest path */
     double tolerance;
     struct phys_continued *to;
@@ -48,19 +49,12 @@ static enum ad_status set_value(struct branch *b, double value, struct ad_error 
     return error->status;
 }
 
-static double largest(size_t n, const double *a, const double *b)
-{
-    double most = 0;
-    for (size_t k = 0; k < n; k++)
-        most = fmax(most, fabs(a[k] - b[k]));
-    return most;
-}
-
 /* The branch's path becomes `path`, with its mesh: both are taken. */
-static void adopt(struct branch *b, const struct phys_path_settings *settings, double *path,
-                  double *mesh)
+static void adopt(struct branch *b, const struct phys_path_settings *settings,
+                  struct phys_derivatives *of, double *path, double *mesh, struct ad_error *error)
 {
-    AD_FREE(b->path, b->mesh);
+    AD_FREE(b->path, b->mesh, b->unit);
+    b->unit = phys_path_units(b->system, settings, of, path, error);
     b->settings = *settings;
     b->settings.mesh = mesh;
     b->path = path;
@@ -90,7 +84,7 @@ static bool solve(struct branch *b, struct phys_derivatives *of, size_t elements
     const struct phys_grid from = phys_grid_of(&b->settings);
     struct phys_path_info info = {0};
     double gain;
-    if (phys_mesh_place(&from, b->path, dof, elements, mesh, &gain, error) != AD_OK)
+    if (phys_mesh_place(&from, b->path, b->unit, dof, elements, mesh, &gain, error) != AD_OK)
         return false;
     *settings = b->settings;
     settings->rule = phys_rule_find("gauss4", error);
@@ -136,7 +130,7 @@ static bool try_step(struct branch *b, double at, double length, struct ad_error
         if (!mesh)
             ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", elements + 1);
         else if (solve(b, &of, elements, &settings, mesh, &start, &path, error)) {
-            double moved = largest(dof * settings.slices, start, path);
+            double moved = phys_path_apart(b->unit, start, path, dof, settings.slices);
             double most = fmin(FAR * b->size, b->rate * length * FASTER + STILL * b->size);
             if (phys_newton_new(&newton, b->system, &settings, &of, error) == AD_OK &&
                 phys_newton_spectrum(&newton, path, &spectrum, error) == AD_OK)
@@ -149,7 +143,7 @@ static bool try_step(struct branch *b, double at, double length, struct ad_error
             if (kept) {
                 b->rate = fmax(moved, STILL * b->size) / length;
                 b->at = at;
-                adopt(b, &settings, path, mesh);
+                adopt(b, &settings, &of, path, mesh, error);
                 path = mesh = NULL;
                 if (!note(b, value_at(b->of, at), &spectrum))
                     ad_fail(error, AD_E_MEMORY, "out of memory");
@@ -201,7 +195,7 @@ static enum ad_status begin(struct branch *b, const struct phys_path_settings *s
         ad_fail(error, b->lost.status, "%s = %g: %s", b->of->name, b->of->from, b->lost.message);
     } else if (phys_path_spectrum(b->system, first.settings, first.path, &spectrum, error) ==
                AD_OK) {
-        adopt(b, first.settings, first.path, first.mesh);
+        adopt(b, first.settings, first.of, first.path, first.mesh, error);
         first.path = first.mesh = NULL;
         if (!note(b, b->of->from, &spectrum))
             ad_fail(error, AD_E_MEMORY, "out of memory");
@@ -226,7 +220,7 @@ static enum ad_status end(struct branch *b, const struct phys_rule *rule, double
     struct phys_grid scaled = from;
     scaled.dt = phys_grid_time(&to, to.slices - 1) / (double)(from.slices - 1); /* a free time */
     double *path = phys_path_resample(&scaled, refined->path, &to, dof, error);
-    if (path && largest(dof * to.slices, path, b->path) > FAR * b->size)
+    if (path && phys_path_apart(b->unit, path, b->path, dof, to.slices) > FAR * b->size)
         ad_fail(error, AD_E_ACCURACY, "%s = %g: the path found is not that of the branch",
                 b->of->name, b->of->to);
     free(path);
@@ -254,7 +248,7 @@ enum ad_status phys_path_continue(struct phys_system *system,
     own.rule = NULL;
     if (begin(&b, &own, guess, ends_error, error) == AD_OK && follow(&b, error) == AD_OK)
         end(&b, settings->rule, ends_error, refined, error);
-    AD_FREE(b.path, b.mesh);
+    AD_FREE(b.path, b.mesh, b.unit);
     if (error->status != AD_OK)
         phys_system_set(system, of->name, of->to, &(struct ad_error){0});
     return error->status;

@@ -3,6 +3,7 @@
 #include "autodiff/free.h"
 #include "mesh.h"
 #include "newton.h"
+#include "path_units.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -12,19 +13,10 @@ static const double BETWEEN = 3; /* times as far at other slices: they are looke
 static const double NEAR = 0.3;  /* of the extent: a finer path further away is another one */
 enum { DEGREE = 4 };             /* of the finer rule, at least */
 
-double phys_path_extent(const double *path, size_t dof, size_t slices)
-{
-    double most = 0;
-    for (size_t k = 0; k < dof; k++)
-        for (size_t i = 0; i < slices; i++)
-            most = fmax(most, fabs(path[k * slices + i] - path[k * slices]));
-    return most;
-}
-
 /* How much the momenta differ at slices i of a path and i * each / 2 of a finer one that is
    settled, by what they move in a step: their slices alone may agree by symmetry. */
-static double momenta_apart(struct phys_hessian *h, const double *path, struct phys_hessian *finer,
-                            const double *moved, size_t each)
+static double momenta_apart(const double *unit, struct phys_hessian *h, const double *path,
+                            struct phys_hessian *finer, const double *moved, size_t each)
 {
     double most = 0;
     phys_hessian_gradient_at(h, path, 0);
@@ -35,21 +27,22 @@ static double momenta_apart(struct phys_hessian *h, const double *path, struct p
                                 finer->gradient[i * each / 2 * finer->side + k]);
             if (apart > 0)
                 most = fmax(most, apart * phys_hessian_length(h, i) * (double)each / 2 /
-                                      finer->stiffness[k]);
+                                      (finer->stiffness[k] * unit[k]));
         }
     return most;
 }
 
 /* How far a finer path, of 3 elements for 2, is from a path at the slices that it has not, by
    interpolation, which may err more than either. */
-static double odd_slices_apart(const struct phys_grid *from, const double *path,
+static double odd_slices_apart(const double *unit, const struct phys_grid *from, const double *path,
                                const struct phys_grid *to, const double *finer, size_t dof,
                                struct ad_error *error)
 {
     double most = 0, *back = phys_path_resample(to, finer, from, dof, error);
     for (size_t k = 0; back && k < dof; k++)
         for (size_t i = 1; i < from->slices; i += 2)
-            most = fmax(most, fabs(back[k * from->slices + i] - path[k * from->slices + i]));
+            most =
+                fmax(most, fabs(back[k * from->slices + i] - path[k * from->slices + i]) / unit[k]);
     free(back);
     return most;
 }
@@ -86,7 +79,9 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
         error->status == AD_OK ? phys_path_resample(&from, path, &to, dof, error) : NULL;
     if (moved && !of)
         phys_derivatives_new(of = &own, system, PHYS_LADDER_COLUMNS, NULL, &lost);
-    bool made = moved && lost.status == AD_OK &&
+    double *unit =
+        moved && lost.status == AD_OK ? phys_path_units(system, settings, of, path, error) : NULL;
+    bool made = unit && lost.status == AD_OK &&
                 phys_hessian_over(&coarse, of, settings->rule, n, settings->dt, &lost) == AD_OK &&
                 phys_newton_new(&newton, system, &finer, of, &lost) == AD_OK;
     coarse.mesh = settings->mesh;
@@ -94,13 +89,15 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
         double most = 0;
         for (size_t k = 0; k < dof; k++)
             for (size_t i = 0; i < n; i += each == 3 ? 2 : 1)
-                most = fmax(most, fabs(moved[k * m + i * each / 2] - path[k * n + i]));
-        if (most <= NEAR * phys_path_extent(path, dof, n))
-            *distance = each == 3 && settings->rule->order > 1
-                            ? fmax(most, momenta_apart(&coarse, path, &newton.hessian, moved, each))
-                            : most;
+                most = fmax(most, fabs(moved[k * m + i * each / 2] - path[k * n + i]) / unit[k]);
+        if (most <= NEAR * phys_path_extent(unit, path, dof, n))
+            *distance =
+                each == 3 && settings->rule->order > 1
+                    ? fmax(most, momenta_apart(unit, &coarse, path, &newton.hessian, moved, each))
+                    : most;
         /* in a layer at an end the slices between may err more: they need a path that has them */
-        if (each == 3 && odd_slices_apart(&from, path, &to, moved, dof, error) > BETWEEN * most) {
+        if (each == 3 &&
+            odd_slices_apart(unit, &from, path, &to, moved, dof, error) > BETWEEN * most) {
             double same = 0;
             phys_path_discretisation(system, settings, of, path, false, &same, NULL, error);
             *distance = fmax(*distance, same);
@@ -119,6 +116,6 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
     phys_newton_free(&newton);
     phys_hessian_free(&coarse);
     phys_derivatives_free(&own);
-    AD_FREE(moved, mesh);
+    AD_FREE(moved, mesh, unit);
     return error->status;
 }

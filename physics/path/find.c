@@ -1,7 +1,9 @@
 /* Finds a path and verifies it (path.h): its kind of stationary point, and its distances from
    independent results: the motion from its start by an adaptive method, the path of a rule of
    higher order, and the stationary path at the given reference. */
+#include "autodiff/free.h"
 #include "newton.h"
+#include "path_units.h"
 #include "physics/lagrangian/conserved.h"
 #include "physics/motion/motion.h"
 #include "physics/motion/time_scan.h"
@@ -27,16 +29,18 @@ struct search {
     struct phys_newton *newton;   /* that found it; NULL: another solver did */
     struct phys_refined *refined; /* whose path it is; or NULL */
     struct phys_path_found *found;
+    double *unit; /* [dof] (path_units.h) */
     size_t dof, slices;
 };
 
-static double largest(const double *a, const double *b, size_t n)
+static double apart(const struct search *s, const double *a, const double *b)
 {
-    double most = 0;
-    for (size_t k = 0; k < n; k++)
-        if (!(fabs(a[k] - b[k]) <= most)) /* NaN, too */
-            most = fabs(a[k] - b[k]);
-    return most;
+    return phys_path_apart(s->unit, a, b, s->dof, s->slices);
+}
+
+static double extent(const struct search *s, const double *path)
+{
+    return phys_path_extent(s->unit, path, s->dof, s->slices);
 }
 
 /* ---- its kind ---- */
@@ -174,10 +178,9 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
     if (lost.status == AD_OK && phys_ode_lagrangian(s->system, &ode, &lost) == AD_OK &&
         follow(s, &ode, &scan, LOOSE, q, check, y, times, &lost) == AD_OK &&
         follow(s, &ode, &scan, TIGHT, q, motion, y, times, &lost) == AD_OK) {
-        found->true_distance = largest(s->path, motion, n);
-        found->true_known = largest(motion, check, n);
-        if (found->true_known > fmax(KNOWN * found->true_distance,
-                                     SAME * phys_path_extent(motion, s->dof, s->slices))) {
+        found->true_distance = apart(s, s->path, motion);
+        found->true_known = apart(s, motion, check);
+        if (found->true_known > fmax(KNOWN * found->true_distance, SAME * extent(s, motion))) {
             snprintf(lost.message, sizeof lost.message, "it is unstable and known to %.2g only",
                      found->true_known);
             found->true_distance = NAN;
@@ -202,7 +205,7 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
     const struct phys_path_settings *settings = s->settings;
     size_t n = s->slices, dof = s->dof, size = settings->rule->degree * dof * n;
     struct phys_path_info info;
-    double wide = phys_path_extent(s->path, dof, n);
+    double wide = extent(s, s->path);
     s->found->another =
         settings->compare_true && !isnan(s->found->discretisation) &&
         s->found->reference_distance > fmax(APART * s->found->discretisation, CLEAR * wide);
@@ -216,8 +219,8 @@ static enum ad_status compare_given(const struct search *s, struct ad_error *err
         path[k * n] = s->path[k * n];
         path[k * n + n - 1] = s->path[k * n + n - 1];
     }
-    s->found->another = phys_newton_settle(s->newton, path, &info, error) &&
-                        largest(path, s->path, n * dof) > SAME * wide;
+    s->found->another =
+        phys_newton_settle(s->newton, path, &info, error) && apart(s, path, s->path) > SAME * wide;
     free(path);
     return error->status;
 }
@@ -229,9 +232,7 @@ static bool is_refined(const struct search *s, const struct phys_refined *refine
 {
     const struct phys_path_settings *own = s->settings, *theirs = refined->settings;
     return refined->path && own->rule == theirs->rule && own->slices == theirs->slices &&
-           own->dt == theirs->dt &&
-           largest(s->path, refined->path, s->dof * s->slices) <=
-               AGREE * phys_path_extent(s->path, s->dof, s->slices);
+           own->dt == theirs->dt && apart(s, s->path, refined->path) <= AGREE * extent(s, s->path);
 }
 
 static enum ad_status measure(struct search *s, struct ad_error *error)
@@ -240,7 +241,7 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
     struct phys_path_found *found = s->found;
     found->keeps_energy = phys_keeps_energy(s->system, error);
     if (compare)
-        found->reference_distance = largest(s->path, compare, s->dof * s->slices);
+        found->reference_distance = apart(s, s->path, compare);
     if (find_kind(s, error) != AD_OK || compare_motion(s, error) != AD_OK || !found->stationary)
         return error->status;
     bool rounding = found->spectrum.undetermined;
@@ -253,9 +254,9 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
         return give_up(s);
     if (lost.status != AD_OK)
         return ad_fail(error, lost.status, "%s", lost.message);
-    found->unknown =
-        found->spectrum.undetermined && (rounding || !isfinite(found->discretisation)) &&
-        !(found->discretisation <= CLEAR * phys_path_extent(s->path, s->dof, s->slices));
+    found->unknown = found->spectrum.undetermined &&
+                     (rounding || !isfinite(found->discretisation)) &&
+                     !(found->discretisation <= CLEAR * extent(s, s->path));
     if (isinf(found->discretisation))
         found->discretisation = (double)NAN;
     return compare ? compare_given(s, error) : AD_OK;
@@ -294,12 +295,14 @@ enum ad_status phys_path_find(const struct phys_solver *solver, const struct phy
         solver->solve(system, &own, path, &found->info, error);
     else if (phys_newton_new(&newton, system, &own, refined ? refined->of : NULL, error) == AD_OK)
         phys_newton_solve(&newton, path, &found->info, error);
-    if (refined && s.newton && is_refined(&s, refined))
+    if (error->status == AD_OK)
+        s.unit = phys_path_units(system, &own, refined ? refined->of : NULL, path, error);
+    if (s.unit && refined && s.newton && is_refined(&s, refined))
         s.refined = refined;
     if (error->status == AD_OK)
         measure(&s, error);
     phys_newton_free(&newton);
-    free(momentum);
+    AD_FREE(momentum, s.unit);
     return error->status;
 }
 

@@ -28,8 +28,8 @@ static double highest(const struct phys_grid *grid, const struct phys_rule_table
 }
 
 /* The shares of all elements, as the derivative of order s + 1 over s! at first. */
-static double find_shares(const struct phys_grid *grid, const double *path, size_t dof,
-                          double *share)
+static double find_shares(const struct phys_grid *grid, const double *path, const double *unit,
+                          size_t dof, double *share)
 {
     struct phys_rule_table table;
     size_t n = grid->slices - 1;
@@ -43,7 +43,8 @@ static double find_shares(const struct phys_grid *grid, const double *path, size
         for (size_t e = 1; e < n; e++) {
             double here = highest(grid, &table, x, dof, e, &rounding[e % 2]);
             double apart = 0.5 * (phys_grid_time(grid, e + 1) - phys_grid_time(grid, e - 1));
-            double change = fmax(0, fabs(here - before) - rounding[0] - rounding[1]) / apart;
+            double change =
+                fmax(0, fabs(here - before) - rounding[0] - rounding[1]) / apart / unit[d];
             share[e - 1] = fmax(share[e - 1], change);
             share[e] = fmax(share[e], change);
             before = here;
@@ -57,14 +58,15 @@ static double find_shares(const struct phys_grid *grid, const double *path, size
     return sum;
 }
 
-enum ad_status phys_mesh_place(const struct phys_grid *grid, const double *path, size_t dof,
-                               size_t elements, double *mesh, double *gain, struct ad_error *error)
+enum ad_status phys_mesh_place(const struct phys_grid *grid, const double *path, const double *unit,
+                               size_t dof, size_t elements, double *mesh, double *gain,
+                               struct ad_error *error)
 {
     size_t n = grid->slices - 1, e = 0;
     double *share = malloc(n * sizeof *share), most = 0, before = 0;
     if (!share)
         return ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", n + 1);
-    double sum = find_shares(grid, path, dof, share), time = phys_grid_time(grid, n);
+    double sum = find_shares(grid, path, unit, dof, share), time = phys_grid_time(grid, n);
     for (size_t k = 0; k < n; k++)
         most = fmax(most, share[k]);
     *gain = sum > 0 && isfinite(sum) ? (double)n * most / (2 * sum) : 1;

@@ -57,14 +57,12 @@ enum ad_status phys_newton_spectrum(struct phys_newton *newton, const double *pa
 bool phys_newton_confirms(struct phys_newton *newton, const double *path,
                           const struct phys_spectrum *spectrum, struct ad_error *error);
 
-/* The largest distance of a slice's coordinate from the first slice's. */
-double phys_path_extent(const double *path, size_t dof, size_t slices);
-/* Distance of a stationary path [s*dof x slices] from that of a rule of higher order: its
-   discretisation error; INFINITY: none nearby; NaN: too large for one. With `more`, there are half
-   as many elements more, where their number is even: what the grid alone holds in place moves, and
-   momenta count, by what they move in a step. `of`
-   as in phys_newton_over; NULL: its own. Judges whether the path's `spectrum` is that of the other
-   rule; may be NULL. AD_E_ACCURACY where it is interrupted. */
+/* Distance of a stationary path [s*dof x slices], in the common unit (path_units.h), from that of a
+   rule of higher order: its discretisation error; INFINITY: none nearby; NaN: too large for one.
+   With `more`, there are half as many elements more, where their number is even: what the grid
+   alone holds in place moves, and momenta count, by what they move in a step. `of` as in
+   phys_newton_over; NULL: its own. Judges whether the path's `spectrum` is that of the other rule;
+   may be NULL. AD_E_ACCURACY where it is interrupted. */
 enum ad_status phys_path_discretisation(const struct phys_system *system,
                                         const struct phys_path_settings *settings,
                                         struct phys_derivatives *of, const double *path, bool more,

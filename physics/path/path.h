@@ -225,10 +225,10 @@ struct phys_refined {
    doubled, over the time of settings->slices and dt, until the estimated error is small enough, or
    placed anew where the path is much steeper than elsewhere. With settings->mesh the first elements
    are its. guess [dof x slices] is the start, and its ends, known to ends_error, are the ends, but
-   for what settings->ends leaves free. With free end time slices of the same share of the time are
-   compared, and the change of that time counts by the speed. Uses Newton's method after
-   settings->adam_steps. AD_E_ACCURACY if there is no such setting, or settings->proceed returned
-   false. Free with phys_refined_free in any case. */
+   for what settings->ends leaves free. Errors are distances as in phys_path_found. With free end
+   time slices of the same share of the time are compared, and the change of that time counts by the
+   speed. Uses Newton's method after settings->adam_steps. AD_E_ACCURACY if there is no such
+   setting, or settings->proceed returned false. Free with phys_refined_free in any case. */
 enum ad_status phys_path_refine(const struct phys_system *system,
                                 const struct phys_path_settings *settings, const double *guess,
                                 double ends_error, double tolerance, struct phys_refined *refined,
@@ -284,7 +284,9 @@ enum ad_status phys_path_conjugate(const struct phys_system *system,
 void phys_spectrum_free(struct phys_spectrum *spectrum);
 
 /* A path, its kind, and its distances from independent results. A distance is the largest
-   difference of a coordinate at a slice; NaN: unknown. */
+   difference of a coordinate at a slice; NaN: unknown. Where coordinates differ in unit, one that
+   is by its mass less than a tenth of the largest counts, here and in phys_path_refine, as if it
+   were of its size; bodies share one unit. */
 struct phys_path_found {
     struct phys_path_info info;
     bool keeps_energy; /* L does not depend on time explicitly */

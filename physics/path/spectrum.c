@@ -3,6 +3,7 @@
 #include "internal.h"
 #include "spectrum.h"
 #include "inertia.h"
+#include "path_units.h"
 #include "autodiff/blas.h"
 
 #include <float.h>
@@ -92,6 +93,24 @@ static void negate(struct phys_hessian *h)
         h->element[k] = -h->element[k];
 }
 
+/* Fills h for coordinates in the common unit: beside eigenvalues of another unit those of one may
+   be zero within rounding. */
+static enum ad_status fill(struct phys_hessian *h, const double *path, struct ad_error *error)
+{
+    phys_hessian_at(h, path, 0);
+    double *unit = phys_hessian_units(h, path, error);
+    size_t nodes = h->table.degree + 1;
+    for (size_t e = 0; unit && e < h->elements; e++)
+        for (size_t at = 0; at < nodes * h->side; at++) {
+            size_t a = at / h->side, b = at % h->side / h->dof, j = at % h->dof;
+            for (size_t i = j > h->around ? j - h->around : 0; i < h->dof && i <= j + h->around;
+                 i++)
+                h->element[phys_hessian_place(h, e, a, i, b, j)] *= unit[i] * unit[j];
+        }
+    free(unit);
+    return error->status;
+}
+
 static void count_directions(struct phys_inertia *c, struct phys_spectrum *spectrum)
 {
     ad_blas_single_thread();
@@ -116,7 +135,8 @@ static void count_directions(struct phys_inertia *c, struct phys_spectrum *spect
 static enum ad_status examine(struct phys_hessian *h, struct phys_inertia *c, const double *path,
                               struct phys_spectrum *spectrum, struct ad_error *error)
 {
-    phys_hessian_at(h, path, 0);
+    if (fill(h, path, error) != AD_OK)
+        return error->status;
     if (h->stopped)
         return ad_fail(error, AD_E_ACCURACY, "interrupted");
     spectrum->legendre = phys_hessian_definite(h, &spectrum->not_definite);
@@ -153,10 +173,10 @@ bool phys_hessian_confirms(struct phys_hessian *h, const double *path,
 {
     struct phys_inertia c = {0};
     bool same = true;
-    phys_hessian_at(h, path, 0);
+    fill(h, path, error);
     if (spectrum->legendre == PHYS_NEGATIVE)
         negate(h);
-    if (!phys_inertia_new(&c, h)) {
+    if (error->status != AD_OK || !phys_inertia_new(&c, h)) {
         ad_fail(error, AD_E_MEMORY, "out of memory for the inertia");
     } else if (!isfinite(c.largest)) {
         same = false;

@@ -11,6 +11,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 
 static const double CAUTION = 2;   /* the law of convergence holds in the limit */
 static const double MARGIN = 1.5;  /* the path of the rule of higher order errs, too ... */
@@ -24,20 +25,22 @@ double phys_climb_rounding(const struct phys_climb *c, size_t elements)
     return c->ends_error + CAUTION * DBL_EPSILON * c->size * (double)elements;
 }
 
-void phys_climb_estimate(struct phys_climb *c, struct phys_level *level)
+void phys_climb_estimate(struct phys_climb *c, struct phys_level *level, struct ad_error *error)
 {
     const struct phys_stage *coarse = &c->before;
     size_t dof = c->system->dof, n = coarse->grid.slices, m = c->here.grid.slices;
     c->here.distance = level->estimate = NAN;
     if (!level->found)
         return;
+    free(c->unit);
+    c->unit = phys_path_units(c->system, c->to->settings, c->to->of, c->here.path, error);
+    if (!c->unit)
+        return;
     c->size = 0;
     for (size_t k = 0; k < dof * m; k++)
         c->size = fmax(c->size, fabs(c->here.path[k]));
     if (c->here.apart) { /* the path before errs more between its slices */
-        double moved = 0;
-        for (size_t k = 0; k < dof * m; k++)
-            moved = fmax(moved, fabs(c->here.start[k] - c->here.path[k]));
+        double moved = phys_path_apart(c->unit, c->here.start, c->here.path, dof, m);
         c->here.distance = phys_climb_settled(c, coarse) ? moved : (double)NAN;
         return;
     }
@@ -47,19 +50,19 @@ void phys_climb_estimate(struct phys_climb *c, struct phys_level *level)
     for (size_t k = 0; k < dof; k++)
         for (size_t i = 0; i < n; i++) {
             const double *x = coarse->path + k * n + i;
-            d = fmax(d, fabs(*x - c->here.path[k * m + 2 * i]));
+            d = fmax(d, fabs(*x - c->here.path[k * m + 2 * i]) / c->unit[k]);
             double length = i > 0 && coarse->mesh ? coarse->mesh[i] - coarse->mesh[i - 1] : 1;
-            widest = fmax(widest, i > 0 ? fabs(x[0] - x[-1]) / length : 0);
+            widest = fmax(widest, i > 0 ? fabs(x[0] - x[-1]) / length / c->unit[k] : 0);
         }
     double later = 2 * c->here.grid.dt - coarse->grid.dt; /* 0 unless the time is free */
     if (phys_climb_free_time(c))
         d = fmax(d, widest * (double)(n - 1) * fabs(later) / coarse->grid.dt);
     double fall = coarse->distance / d, most = pow(2, (double)level->rule->order);
-    double error = fall > 2 && !coarse->apart ? CAUTION * d / (fmin(fall, most) - 1) : d;
+    double likely = fall > 2 && !coarse->apart ? CAUTION * d / (fmin(fall, most) - 1) : d;
     c->here.distance = d;
     if (isnan(coarse->distance) && d <= EXACT * c->size)
         return; /* the slices of two levels alone may be exact by symmetry */
-    level->estimate = fmax(fmin(error, d), phys_climb_rounding(c, level->elements));
+    level->estimate = fmax(fmin(likely, d), phys_climb_rounding(c, level->elements));
 }
 
 static enum ad_status find_spectrum(struct phys_climb *c, struct phys_spectrum *spectrum,

@@ -3,6 +3,7 @@
 #define PHYSICS_PATH_REFINE_INTERNAL_H
 
 #include "physics/path/newton.h"
+#include "physics/path/path_units.h"
 
 enum { PHYS_FINEST = 1 << 14 }; /* elements */
 /* Levels that find several paths from the guess: the next goes on with one. */
@@ -22,6 +23,7 @@ struct phys_climb {
     struct phys_grid given;
     size_t adam_steps, placed;                /* placed: how often the elements were */
     double time, tolerance, ends_error, size; /* size: the path's largest coordinate */
+    double *unit;                             /* [dof]: of the last path found (path_units.h) */
     struct phys_stage before, here;
     bool high; /* rungs of high order */
     struct phys_refined *to;
@@ -55,7 +57,7 @@ enum ad_status phys_climb_solve(struct phys_climb *c, struct phys_level *level,
 /* Errors that no refinement removes: that of the ends, and rounding in every element. */
 double phys_climb_rounding(const struct phys_climb *c, size_t elements);
 /* Distance of c->here from the level before, at the slices of both, and its error by that. */
-void phys_climb_estimate(struct phys_climb *c, struct phys_level *level);
+void phys_climb_estimate(struct phys_climb *c, struct phys_level *level, struct ad_error *error);
 /* Whether the error of c->here is small enough, also by the rule of higher order. Between conjugate
    ends all levels may agree on a path that the grid alone holds. */
 bool phys_climb_verified(struct phys_climb *c, struct phys_level *level, struct ad_error *error);

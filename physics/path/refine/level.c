@@ -19,7 +19,7 @@ enum ad_status phys_climb_mesh(struct phys_climb *c, struct ad_error *error)
     double gain = 0;
     if (before->path && (phys_climb_settled(c, before) || n > UNPLACED) && from->rule->degree > 1 &&
         !c->system->scene->between)
-        phys_mesh_place(from, before->path, dof, 0, NULL, &gain, error);
+        phys_mesh_place(from, before->path, c->unit, dof, 0, NULL, &gain, error);
     here->apart = gain > WORTH && !before->apart &&
                   2 * (n - 1) <= PHYS_FINEST; /* the next is compared with it */
     if (here->apart && c->placed++ == MOST_PLACED)
@@ -32,7 +32,7 @@ enum ad_status phys_climb_mesh(struct phys_climb *c, struct ad_error *error)
     if (here->apart && !(here->mesh = malloc(n * sizeof *here->mesh)))
         ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", n);
     else if (here->apart)
-        phys_mesh_place(from, before->path, dof, n - 1, here->mesh, &gain, error);
+        phys_mesh_place(from, before->path, c->unit, dof, n - 1, here->mesh, &gain, error);
     else if (from->mesh)
         here->mesh = phys_mesh_divide(from->mesh, from->slices, n, error);
     here->grid.mesh = here->mesh;

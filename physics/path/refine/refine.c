@@ -39,7 +39,7 @@ static bool climb_level(struct phys_climb *c, const struct phys_rule *rule, size
         (struct phys_grid){.rule = rule, .slices = elements + 1, .dt = c->time / (double)elements};
     if (phys_climb_mesh(c, error) != AD_OK || phys_climb_solve(c, level, error) != AD_OK)
         return true;
-    phys_climb_estimate(c, level);
+    phys_climb_estimate(c, level, error);
     if (phys_climb_verified(c, level, error) || error->status != AD_OK)
         return true;
     if (level->found && c->ends_error > fmax(c->tolerance, LOST * c->size)) {
@@ -206,6 +206,7 @@ enum ad_status phys_path_refine(const struct phys_system *system,
     refined->settings->mesh = refined->mesh;
     drop(&c.before);
     drop(&c.here);
+    free(c.unit);
     return error->status;
 }
 
