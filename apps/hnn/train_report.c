@@ -2,6 +2,7 @@
 #include "train.h"
 
 #include <math.h>
+#include <string.h>
 #include <stdlib.h>
 
 static double ms_per_step(const struct train_run *run)
@@ -88,8 +89,9 @@ static void report_columns(const struct train_run *run, struct report *report)
         report_line(report, "  the line of units is skipped");
 }
 
-/* The loss of a field that is 0 everywhere: of samples whose targets are rates, or the states that
-   follow. Units are those of the loss (train_loss.c). NaN for pixels. */
+/* The loss of a field that is 0 everywhere, of a Lagrangian model but for dq/dt = v: of samples
+   whose targets are rates, or the states that follow. Units are those of the loss (train_loss.c).
+   NaN for pixels. */
 double train_loss_of_zero(const struct train_run *run)
 {
     if (run->pixels)
@@ -98,10 +100,13 @@ double train_loss_of_zero(const struct train_run *run)
     const struct hnn_dataset *d = &run->data;
     size_t states = 2 * d->dof, rows = states * (run->settings.rollout ? run->settings.rollout : 1);
     const double *unit = run->settings.rollout ? d->scale : d->rate;
+    const bool moves = strcmp(run->options->model, "lnn") == 0 && !run->settings.rollout;
     double sum = 0;
     for (size_t r = 0; r < rows; r++)
         for (size_t k = 0; k < s->n; k++) {
-            double still = run->settings.rollout ? s->x[r % states * s->n + k] : 0;
+            double still = run->settings.rollout ? s->x[r % states * s->n + k]
+                           : moves && r < d->dof ? s->x[(d->dof + r) * s->n + k]
+                                                 : 0;
             double away = s->target[r * s->n + k] - still;
             sum += pow(run->options->normalise ? away / unit[r % states] : away, 2);
         }

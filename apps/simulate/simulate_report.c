@@ -76,8 +76,8 @@ static void report_energy(const struct simulate_run *run, struct report *report)
     report_number(report, "energy_drift", "energy drift, largest",
                   info->energy_start != 0 ? "of the start" : scene->energy_unit,
                   kept ? info->energy_drift : (double)NAN);
-    report_number(report, "energy_change", kept ? NULL : "change of energy", scene->energy_unit,
-                  change);
+    report_number(report, "energy_change", kept ? NULL : "largest change of energy",
+                  scene->energy_unit, change);
     report_number(report, "work", "  work of the forces", scene->energy_unit, run->work);
     report_number(report, "energy_balance", "  energy less work, changes by", scene->energy_unit,
                   run->balance);

@@ -11,8 +11,8 @@
 static const double tolerance = 1e-13;
 
 struct worker {
-    size_t dof;
-    struct phys_ode motion; /* in (q, v) */
+    size_t dof, steps, most; /* a body that sticks would need steps without end */
+    struct phys_ode motion;  /* in (q, v) */
     ad_tape *tape;
     ad_program *program;
     ad_var q, v, t, power;
@@ -76,11 +76,16 @@ static double advance(struct worker *w, const struct phys_motion_solution *m, si
     struct phys_simulation how =
         phys_simulation_of(phys_integrator_find("dop853", error), tolerance, m->t[i + 1]);
     how.t0 = m->t[i];
+    how.max_steps = w->most - w->steps;
     how.atol = tolerance;
     how.scale = size;
     memcpy(y, m->x + i * n, n * sizeof *y);
     const double work = y[n], energy = w->motion.energy(w->motion.context, how.t0, y);
-    phys_simulate(&how, &ode, y, NULL, error);
+    struct phys_simulation_info info = {0};
+    phys_simulate(&how, &ode, y, &info, error);
+    w->steps += info.steps;
+    if (w->steps >= w->most && error->status == AD_OK)
+        ad_fail(error, AD_E_ACCURACY, "the work takes more than %zu steps", w->most);
     return fabs(w->motion.energy(w->motion.context, how.t1, y) - energy - (y[n] - work));
 }
 
@@ -90,7 +95,7 @@ enum ad_status phys_motion_work(const struct phys_motion_solution *motion, doubl
     if (AD_LACKS(error, motion, work, unknown) || AD_LACKS(error, motion->system))
         return error->status;
     const size_t n = 2 * motion->system->dof;
-    struct worker w = {.dof = n / 2};
+    struct worker w = {.dof = n / 2, .most = 100000 + 50 * motion->info.steps};
     double *y = calloc(2 * n + 2, sizeof *y);
     *unknown = 0;
     if (!y)

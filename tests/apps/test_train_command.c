@@ -239,6 +239,17 @@ static void test_nothing_learnt(void **state)
     }
 }
 
+/* Of a Lagrangian model dq/dt = v needs no learning: the loss to beat is that of no acceleration.
+ */
+static void test_no_acceleration_learnt(void **state)
+{
+    (void)state;
+    shell_works("awk 'BEGIN { print \"q,v,dqdt,dvdt\"; for (k = 1; k < 60; k++) { q = 1e6 * "
+                "sin(k); v = 1e6 * cos(3 * k); print q \",\" v \",\" v \",\" (-q) } }' >large.csv");
+    shell_works("$LA train large.csv --model lnn --hidden 8 --steps 20");
+    assert_non_null(strstr(shell_out(), "no better than a field"));
+}
+
 static void test_resume_refusals(void **state)
 {
     (void)state;
@@ -269,6 +280,7 @@ int main(void)
         cmocka_unit_test_setup(test_interrupted, setup),
         cmocka_unit_test_setup(test_live_curves, setup),
         cmocka_unit_test_setup(test_nothing_learnt, setup),
+        cmocka_unit_test_setup(test_no_acceleration_learnt, setup),
         cmocka_unit_test_setup(test_refusals, setup),
         cmocka_unit_test_setup(test_resume_refusals, setup),
     };

@@ -177,6 +177,29 @@ static void the_energy_balance_closes(void **state)
     phys_system_close(&system);
 }
 
+static ad_var dry(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)q, (void)t, (void)params;
+    return ad_mul(1.0, ad_abs(v));
+}
+
+/* Dry friction stops the body: an adaptive method would step there without end. */
+static void work_of_a_body_that_sticks_is_unknown(void **state)
+{
+    (void)state;
+    struct phys_scene scene = damped_scene();
+    scene.dissipation = dry;
+    scene.forces = NULL;
+    struct phys_system system = made(&scene);
+    struct ad_error error = {0};
+    struct phys_motion_solution m = moved(&system, "rk4", 0.05, 0, 5);
+    double work[51], unknown;
+    assert_int_equal(m.n, 51);
+    assert_int_equal(phys_motion_work(&m, work, &unknown, &error), AD_E_ACCURACY);
+    phys_motion_solution_free(&m);
+    phys_system_close(&system);
+}
+
 /* ---- two coordinates, varying masses ---- */
 
 static ad_var polar(ad_var q, ad_var v, ad_var t, const void *params)
@@ -381,6 +404,7 @@ int main(void)
         cmocka_unit_test(all_samples_meet_the_closed_form),
         cmocka_unit_test(methods_keep_their_orders),
         cmocka_unit_test(the_energy_balance_closes),
+        cmocka_unit_test(work_of_a_body_that_sticks_is_unknown),
         cmocka_unit_test(friction_in_polar_coordinates),
         cmocka_unit_test(a_coordinate_that_is_pushed_is_not_cyclic),
         cmocka_unit_test(a_body_falls_through_air),
