@@ -2,7 +2,6 @@
 #include "train.h"
 
 #include <math.h>
-#include <string.h>
 #include <stdlib.h>
 
 static double ms_per_step(const struct train_run *run)
@@ -100,7 +99,7 @@ double train_loss_of_zero(const struct train_run *run)
     const struct hnn_dataset *d = &run->data;
     size_t states = 2 * d->dof, rows = states * (run->settings.rollout ? run->settings.rollout : 1);
     const double *unit = run->settings.rollout ? d->scale : d->rate;
-    const bool moves = strcmp(run->options->model, "lnn") == 0 && !run->settings.rollout;
+    const bool moves = lagrangian(run) && !run->settings.rollout;
     double sum = 0;
     for (size_t r = 0; r < rows; r++)
         for (size_t k = 0; k < s->n; k++) {

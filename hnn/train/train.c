@@ -11,89 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-void hnn_training_defaults_to(struct hnn_training *settings)
-{
-    const struct hnn_training defaults = {.size = sizeof defaults,
-                                          .optimiser = hnn_optimisers[0],
-                                          .schedule = hnn_schedules[0],
-                                          .steps = 2000,
-                                          .learning_rate = 1e-3,
-                                          .weight_decay = 1e-4,
-                                          .average = 0.1,
-                                          .every = 10,
-                                          .threads = 1};
-    AD_GIVE(settings, &defaults);
-}
-
-static bool steps_are_positive(const struct hnn_training *s, const struct hnn_samples *samples)
-{
-    size_t n = samples->n * s->rollout;
-    if (!samples->steps)
-        return samples->n == 0 || (s->dt > 0 && isfinite(s->dt));
-    for (size_t k = 0; k < n; k++)
-        if (!(samples->steps[k] > 0 && isfinite(samples->steps[k])))
-            return false;
-    return true;
-}
-
-static enum ad_status check(const hnn_model *model, const struct hnn_training *s,
-                            const struct hnn_samples *train, const struct hnn_samples *test,
-                            struct ad_error *error)
-{
-    bool pixels = model->settings.pixels > 0;
-    if (!s->optimiser) /* not found: `error` may say so already */
-        return ad_fail(error, AD_E_ARGUMENT, "training without an optimiser");
-    if (train->n == 0)
-        return ad_fail(error, AD_E_ARGUMENT, "there are no samples to train on");
-    if (pixels != (train->frames != NULL) || (test->n && pixels != (test->frames != NULL)))
-        return ad_fail(error, AD_E_ARGUMENT, "models of %s learn from %s",
-                       pixels ? "pixels" : "states", pixels ? "frames" : "states and targets");
-    for (size_t k = 0; k < 2; k++) {
-        const struct hnn_samples *set = k ? test : train;
-        if (set->n > 0 && (pixels ? AD_LACKS(error, set->frames, set->first)
-                                  : AD_LACKS(error, set->x, set->target)))
-            return error->status;
-    }
-    if (pixels && !train->frame)
-        return ad_fail(error, AD_E_ARGUMENT, "frames of 0 pixels; expected some");
-    if (pixels && test->n && test->frame != train->frame)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "frames of %zu pixels to train on, and of %zu for the test", train->frame,
-                       test->frame);
-    if (pixels && s->rollout)
-        return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs a model of states");
-    if (s->batch > train->n)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "batch: expected at most the %zu samples there are, got %zu", train->n,
-                       s->batch);
-    if (!(s->learning_rate > 0) || !isfinite(s->learning_rate))
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "learning rate: expected more than 0, such as 1e-3, got %g",
-                       s->learning_rate);
-    if (!(s->weight_decay >= 0) || !isfinite(s->weight_decay))
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "weight decay: expected at least 0, such as 1e-4, got %g", s->weight_decay);
-    if (!(s->momentum >= 0 && s->momentum < 1))
-        return ad_fail(error, AD_E_ARGUMENT, "momentum: expected 0 or more, less than 1, got %g",
-                       s->momentum);
-    if (!(s->average >= 0 && s->average <= 1))
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "fraction of the steps to average over: expected 0 to 1, got %g",
-                       s->average);
-    if (pixels && s->loss)
-        return ad_fail(error, AD_E_ARGUMENT, "a loss of one's own needs a model of states");
-    if (s->rollout && !(steps_are_positive(s, train) && steps_are_positive(s, test)))
-        return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs positive time steps");
-    if (s->optimiser->full_batch && s->batch && s->batch != train->n)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "%s needs all samples in every step; expected a full batch",
-                       s->optimiser->name);
-    if (s->patience && test->n == 0)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "stopping by the test loss needs test samples; set some apart");
-    return AD_OK;
-}
-
 /* ---- making ---- */
 
 static enum ad_status prepare_data(hnn_trainer *t, const struct hnn_samples *train,
@@ -137,8 +54,7 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
     AD_OWN(hnn_training, training, loss_context, error);
     test = test ? test : &none;
     if (AD_LACKS(error, training->optimiser, training->schedule) ||
-        check(model, training, train, test, error) != AD_OK ||
-        hnn_velocities_check(model, training, train, error) != AD_OK)
+        hnn_training_check(model, training, train, test, error) != AD_OK)
         return error->status;
     hnn_trainer *t = calloc(1, sizeof *t);
     if (!t)

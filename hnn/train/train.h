@@ -74,6 +74,11 @@ ad_var hnn_record_samples(ad_tape *tape, bool by_rows, size_t components, size_t
 ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *training,
                          ad_var parameters, ad_var x, ad_var target);
 
+/* AD_E_ARGUMENT says what is out of range, or does not fit the model or the samples
+   (train_settings.c). */
+enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_training *training,
+                                  const struct hnn_samples *train, const struct hnn_samples *test,
+                                  struct ad_error *error);
 /* AD_E_ARGUMENT where a Lagrangian model's states are not (q, v) (train_velocities.c). */
 enum ad_status hnn_velocities_check(const hnn_model *model, const struct hnn_training *training,
                                     const struct hnn_samples *samples, struct ad_error *error);
