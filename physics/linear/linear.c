@@ -325,6 +325,18 @@ int phys_lapack_eigenvalues(size_t n, double *a, double *re, double *im, double 
     return info;
 }
 
+int phys_lapack_singular_values(size_t m, size_t n, double *a, double *s, double *u, double *vt)
+{
+    lapack_int rows = (lapack_int)m, columns = (lapack_int)n,
+               least = rows < columns ? rows : columns, room = 64 * (rows + columns), info = -1;
+    double *work = malloc((size_t)room * sizeof *work);
+    if (work && !any_nan(m * n, a))
+        LAPACK_dgesvd("S", "S", &rows, &columns, a, &rows, s, u, &rows, vt, &least, work, &room,
+                      &info);
+    free(work);
+    return info;
+}
+
 /* By columns the rows are a matrix that is factored as Q R; the signs are those of a positive R. */
 bool phys_lapack_orthonormal_rows(size_t n, size_t length, double *a, double *work)
 {

@@ -94,6 +94,11 @@ int phys_lapack_eigenvectors(size_t n, double *a, double *b, double *values);
 int phys_lapack_eigenvalues(size_t n, double *a, double *re, double *im, double *left,
                             double *right);
 
+/* a = U diag(s) V^T of a general matrix a [m x n] by columns, which is destroyed; with k the
+   smaller of m and n: s [k], descending, U [m x k] by columns, V^T [k x n] by columns. Returns as
+   above. */
+int phys_lapack_singular_values(size_t m, size_t n, double *a, double *s, double *u, double *vt);
+
 /* Makes the rows of a [n x length] orthonormal, n <= length, as Gram's and Schmidt's method would:
    the first j of them span what they did, and none is turned around. `work` [2 n] is room. False:
    memory is exhausted. */

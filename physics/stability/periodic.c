@@ -6,13 +6,14 @@
 #include "autodiff/sized.h"
 #include "multipliers.h"
 #include "physics/lagrangian/internal.h"
+#include "physics/linear/linear.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { STEPS = 60, HALVINGS = 12, SWEEPS = 30 };
+enum { STEPS = 60, HALVINGS = 12 };
 
 /* In units of sizes: what closes, or in units of the largest growth of a difference; and steps. */
 static const double nearly = 1e-9, rounding = 1e-12, tolerance = 1e-15, still = 1e-6;
@@ -28,7 +29,7 @@ struct orbit {
     double *y;               /* [d + d^2] the end of a period, and the matrix */
     double *rate;            /* [d] there */
     double *left, *next;     /* [rows] what is left */
-    double *J, *V;           /* [columns][rows], [columns][columns] */
+    double *J, *U, *s, *V;   /* [columns][rows]; its singular vectors and values */
     double *step, *x;        /* [columns] in units of sizes; [d] a trial */
 };
 
@@ -103,55 +104,22 @@ static enum ad_status fill(struct orbit *o, const double *x, double period, stru
     return AD_OK;
 }
 
-/* J = U V^T by rotations of its columns until they are orthogonal (Hestenes). */
-static void decompose(struct orbit *o)
+/* The damped step for what is left, of J as fill leaves it, which is destroyed. */
+static enum ad_status solve(struct orbit *o, const double *left, struct ad_error *error)
 {
-    const size_t n = o->columns, m = o->rows;
-    for (size_t k = 0; k < n * n; k++)
-        o->V[k] = k % (n + 1) == 0;
-    for (int sweep = 0, turned = 1; turned && sweep < SWEEPS; sweep++) {
-        turned = 0;
-        for (size_t p = 0; p < n; p++)
-            for (size_t q = p + 1; q < n; q++) {
-                double *a = o->J + p * m, *b = o->J + q * m, aa = 0, bb = 0, ab = 0;
-                for (size_t i = 0; i < m; i++) {
-                    aa += a[i] * a[i];
-                    bb += b[i] * b[i];
-                    ab += a[i] * b[i];
-                }
-                if (!(fabs(ab) > DBL_EPSILON * sqrt(aa * bb)))
-                    continue;
-                turned = 1;
-                const double z = (bb - aa) / (2 * ab), t = copysign(1, z) / (fabs(z) + hypot(1, z)),
-                             c = 1 / hypot(1, t), s = c * t;
-                for (size_t i = 0; i < m + n; i++) {
-                    double *u = i < m ? a + i : o->V + p * n + i - m;
-                    double *v = i < m ? b + i : o->V + q * n + i - m, before = *u;
-                    *u = c * before - s * *v;
-                    *v = s * before + c * *v;
-                }
-            }
-    }
-}
-
-/* The damped step for what is left. */
-static void solve(struct orbit *o, const double *left)
-{
-    const size_t n = o->columns, m = o->rows;
+    const size_t n = o->columns, m = o->rows, k = m < n ? m : n;
     const double damping = fmin(pow(norm(m, left), 2), 1e-2);
-    double largest = 0;
     memset(o->step, 0, n * sizeof *o->step);
-    for (size_t k = 0; k < n; k++)
-        largest = fmax(largest, norm(m, o->J + k * m));
-    for (size_t k = 0; k < n; k++) {
-        double square = pow(norm(m, o->J + k * m), 2), along = 0;
-        if (square <= pow(1e-11 * largest, 2))
-            continue;
+    if (phys_lapack_singular_values(m, n, o->J, o->s, o->U, o->V) != 0)
+        return ad_fail(error, AD_E_ACCURACY, "the steps of a period have no singular values");
+    for (size_t j = 0; j < k && o->s[j] > 1e-11 * o->s[0]; j++) {
+        double along = 0;
         for (size_t i = 0; i < m; i++)
-            along += o->J[k * m + i] * left[i];
-        for (size_t j = 0; j < n; j++)
-            o->step[j] -= o->V[k * n + j] * along / (square + damping);
+            along += o->U[j * m + i] * left[i];
+        for (size_t i = 0; i < n; i++)
+            o->step[i] -= o->V[i * k + j] * o->s[j] * along / (o->s[j] * o->s[j] + damping);
     }
+    return AD_OK;
 }
 
 /* One step, as much of it as makes what is left less; false: none does. */
@@ -159,10 +127,8 @@ static bool advance(struct orbit *o, double *x, double *period, double *left,
                     struct ad_error *error)
 {
     const size_t d = o->d;
-    if (fill(o, x, *period, error) != AD_OK)
+    if (fill(o, x, *period, error) != AD_OK || solve(o, o->left, error) != AD_OK)
         return false;
-    decompose(o);
-    solve(o, o->left);
     for (double share = 1; share > ldexp(1, -HALVINGS); share /= 2) {
         const double by = o->columns > d ? share * o->step[d] : 0, T = *period * (1 + by);
         struct ad_error lost = {0};
@@ -224,7 +190,7 @@ static enum ad_status begin(struct orbit *o, struct phys_periodic *found, struct
     found->n = d;
     found->x = calloc(d, sizeof *found->x);
     found->multiplier = calloc(d, sizeof *found->multiplier);
-    o->size = calloc(4 * (d + 1) * (d + 2) + 8 * (d + 1), sizeof *o->size);
+    o->size = calloc(5 * (d + 1) * (d + 2) + 9 * (d + 1), sizeof *o->size);
     if (!found->x || !found->multiplier || !o->size)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     o->y = o->size + d;
@@ -234,7 +200,9 @@ static enum ad_status begin(struct orbit *o, struct phys_periodic *found, struct
     o->step = o->next + d + 1;
     o->x = o->step + d + 1;
     o->J = o->x + d;
-    o->V = o->J + (d + 1) * (d + 1);
+    o->U = o->J + (d + 1) * (d + 1);
+    o->V = o->U + (d + 1) * (d + 1);
+    o->s = o->V + (d + 1) * (d + 1);
     memcpy(found->x, o->settings->x, d * sizeof *found->x);
     found->period = o->settings->period;
     if (check_time(o, error) != AD_OK ||
@@ -283,9 +251,9 @@ static enum ad_status verify(struct orbit *o, struct phys_periodic *found, struc
     for (size_t k = 0; k < o->d; k++)
         o->next[k] = o->rate[k] * T / o->size[k];
     const bool rests = !(norm(o->d, o->next) > still);
-    decompose(o);
     found->closure = apart(o, x, 0, T, "dop853", error);
-    solve(o, o->left);
+    if (error->status != AD_OK || solve(o, o->left, error) != AD_OK)
+        return error->status;
     found->uncertainty = (o->columns > o->d ? fabs(o->step[o->d]) * T : 0) + 4 * DBL_EPSILON * T;
     const double again = apart(o, x, T, 2 * T, "taylor", error);
     if (error->status == AD_OK && rests)
