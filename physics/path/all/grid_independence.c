@@ -4,9 +4,9 @@
    too. With many coordinates shooting is too expensive: the motion is integrated over each slice
    separately, and the defects are summed. */
 #include "grid_independence.h"
-#include "path_nodes.h"
 #include "physics/motion/motion.h"
-#include "shooting.h"
+#include "physics/path/path_nodes.h"
+#include "physics/path/shooting.h"
 
 #include <math.h>
 #include <stdlib.h>
