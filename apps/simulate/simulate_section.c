@@ -103,8 +103,7 @@ enum ad_status simulate_section(struct simulate_run *run, const struct phys_ense
     if (s->known < s->n && d->n_warnings < PHYS_DIAGNOSIS_WARNINGS)
         snprintf(d->warning[d->n_warnings++], sizeof *d->warning,
                  "section %s: %zu of %zu points%s, the first at t = %.6g, are not known to %.2g to "
-                 "be of "
-                 "%s: %s",
+                 "be of %s: %s",
                  run->options->section, s->n - s->known, s->n, many ? " of all members" : "",
                  s->lost, s->accuracy, many ? "these starts" : "this start",
                  run->options->no_reference ? "no error is measured"

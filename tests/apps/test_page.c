@@ -167,6 +167,18 @@ static void test_view(void **state)
     }
 }
 
+/* A scan of two parameters has a map of each number that changes, over them in the order given. */
+static void test_map(void **state)
+{
+    (void)state;
+    shell_works("$LA modes spring --scan m=1:4:2 --scan k=1:9:3 --plot map.html --quiet");
+    shell_works(
+        "grep -c '\"maps\": \\[{\"name\": \"modes.1.frequency\", \"dataset\": "
+        "\"results/modes.1.frequency\", \"across\": {\"dataset\": \"scanned/m\", \"of\": 2, "
+        "[^{]*\"up\": {\"dataset\": \"scanned/k\", \"of\": 3, ' map.html");
+    assert_string_equal(shell_out(), "1\n");
+}
+
 /* No request, no script but ours, and names that are markup are data. */
 static void test_hostile_names(void **state)
 {
@@ -258,6 +270,7 @@ int main(void)
         cmocka_unit_test(test_doubles),
         cmocka_unit_test(test_pick),
         cmocka_unit_test_setup(test_view, shell_empty),
+        cmocka_unit_test_setup(test_map, shell_empty),
         cmocka_unit_test_setup(test_hostile_names, shell_empty),
         cmocka_unit_test_setup(test_refusals, shell_empty),
         cmocka_unit_test_setup(test_full_disk, shell_empty),

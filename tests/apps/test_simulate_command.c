@@ -195,10 +195,8 @@ static void test_events(void **state)
     assert_int_equal(shell("$LA simulate kepler --until x=3"), 1); /* with the results so far */
     assert_mentions(shell_err(), "--until x=3");
     assert_non_null(strstr(shell_out(), "not in this time"));
-    shell_works(
-        "$LA simulate kepler --until distance:1=1 --integrator gauss4 --dt 0.1 --json"); /* end of
-                                                                                            its axis
-                                                                                          */
+    /* the end of its axis */
+    shell_works("$LA simulate kepler --until distance:1=1 --integrator gauss4 --dt 0.1 --json");
     assert_true(has("\"stop\": \"event\""));
     assert_close(shell_number("time"), M_PI / 2 - 0.6, 1e-4, 0);
     shell_works("$LA simulate ephemeris --event distance:mercury,venus=1e11 --no-reference --json");

@@ -377,47 +377,13 @@ static void test_kinks_take_dop853(void **state)
     close_all(&system, &e);
 }
 
-static void test_refusals(void **state)
-{
-    (void)state;
-    const struct {
-        const char *names[2];
-        double values[4];
-        const char *integrator, *word;
-    } cases[] = {{{"a", "a"}, {0}, NULL, "twice"},
-                 {{"a", "aa"}, {0}, NULL, "'aa'"},
-                 {{"a", "v_c"}, {0}, NULL, "'v_c'"},
-                 {{"a", "l1"}, {0, 1, 0, (double)INFINITY}, NULL, "row 2"},
-                 {{"a", "b"}, {0, 0, (double)NAN, 0}, NULL, "row 2"},
-                 {{"a", "b"}, {0}, "rk4", "rk4"}};
-    struct phys_system system = system_opened("dblpend");
-    for (size_t i = 0; i < LENGTH(cases); i++) {
-        struct phys_ensemble e;
-        struct ad_error error = {0};
-        struct phys_motion_settings motion = {.size = sizeof motion, .time = 1};
-        struct phys_ensemble_settings settings = {.size = sizeof settings,
-                                                  .n = 2,
-                                                  .n_columns = 2,
-                                                  .names = cases[i].names,
-                                                  .values = cases[i].values,
-                                                  .motion = &motion};
-        if (cases[i].integrator)
-            motion.integrator = phys_integrator_find(cases[i].integrator, &error);
-        assert_int_equal(phys_ensemble_solve(&system, &settings, &e, &error), AD_E_ARGUMENT);
-        if (!strstr(error.message, cases[i].word))
-            fail_msg("%s", error.message);
-        phys_ensemble_free(&e);
-    }
-    phys_system_close(&system);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_members_are_motions), cmocka_unit_test(test_failures_stay_alone),
         cmocka_unit_test(test_events_of_members),   cmocka_unit_test(test_errors_are_known),
         cmocka_unit_test(test_chaos_is_unknown),    cmocka_unit_test(test_statistics),
-        cmocka_unit_test(test_kinks_take_dop853),   cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_kinks_take_dop853),
     };
     return cmocka_run_group_tests(tests, native_open_quick, native_remove_cache);
 }
