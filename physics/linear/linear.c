@@ -21,6 +21,7 @@
 #define dgbtrf_ AD_LAZY(ad_blas_load, dgbtrf_)
 #define dgbtrs_ AD_LAZY(ad_blas_load, dgbtrs_)
 #define dgeev_ AD_LAZY(ad_blas_load, dgeev_)
+#define dgesvd_ AD_LAZY(ad_blas_load, dgesvd_)
 #define dgeqrf_ AD_LAZY(ad_blas_load, dgeqrf_)
 #define dgetrf_ AD_LAZY(ad_blas_load, dgetrf_)
 #define dgetrs_ AD_LAZY(ad_blas_load, dgetrs_)
