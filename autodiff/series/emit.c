@@ -69,10 +69,10 @@ static void declare(const struct emit *e, size_t n)
           e->out);
     fputs(e->many ? many_points : one_point, e->out);
     fprintf(e->out,
-            "typedef real v1;\ntypedef __SIZE_TYPE__ size_t;\nenum { M = %zu };\n"
+            "typedef real v1;\ntypedef __SIZE_TYPE__ size_t;\nenum { M = %zu, ROW = %zu };\n"
             "static const real zero;\n#define keep(c, x) pick(c, x, zero)\n"
             "#define z(x, y) keep(((x) != 0) & ((y) != 0), (x) * (y))\n",
-            e->many ? 1 : s->stride);
+            e->many ? 1 : s->stride, e->l.row);
     fputs("void run0(double value(const char *, const double *), const char *jets,"
           " real *restrict m, const real *restrict u, real *restrict packs,"
           " real *restrict c, size_t order)\n{\n",
@@ -80,17 +80,17 @@ static void declare(const struct emit *e, size_t n)
     ad_emit_values(e);
     for (uint32_t k = 0; k < e->l.n_packs; k++) {
         const struct pack *p = &e->l.packs[k];
-        fprintf(e->out, "v%u *const a%u = (v%u *)(packs + %zu);\n", p->width, k, p->width, p->at);
-        fprintf(e->out, "a%u[0] = ", k);
+        fprintf(e->out, "#define a%u(row) (*(v%u *)((row) + %zu))\na%u(packs) = ", k, p->width,
+                p->at, k);
         ad_emit_vector(e, p, ad_emit_value);
         fputs(";\n", e->out);
     }
     for (uint32_t k = 0; k < e->l.n_groups; k++) {
         const struct group *g = &e->l.groups[k];
         if (g->kind == JET_QUOTIENT || g->kind == JET_POWER)
-            fprintf(e->out, "const v%u i%u = 1 / a%u[0];\n", g->width, k, g->operand[0]);
+            fprintf(e->out, "const v%u i%u = 1 / a%u(packs);\n", g->width, k, g->operand[0]);
         if (g->kind == JET_ROOT)
-            fprintf(e->out, "const v%u i%u = 0.5 / a%u[0];\n", g->width, k, g->operand[0]);
+            fprintf(e->out, "const v%u i%u = 0.5 / a%u(packs);\n", g->width, k, g->operand[0]);
         if (g->kind == JET_POWER) {
             struct pack p = {.n = g->n, .width = g->width};
             memcpy(p.jets, g->jets, sizeof p.jets);
@@ -134,7 +134,7 @@ static void sums(const struct emit *e)
 
 char *ad_series_source(const ad_series *series, size_t most, bool many, size_t *packs)
 {
-    struct emit e = {.s = series, .many = many};
+    struct emit e = {.s = series, .many = many, .accumulators = most < MOST_LANES ? 12 : 24};
     char *text = NULL;
     size_t bytes;
     bool done = ad_series_lanes(series, many ? 1 : most, many ? 1 : MOST_LANES, &e.l);
@@ -143,10 +143,10 @@ char *ad_series_source(const ad_series *series, size_t most, bool many, size_t *
     done = done && e.stored && e.out;
     if (done) {
         declare(&e, series->n_flow);
-        ad_emit_orders(&e, series->n_flow);
+        done = ad_emit_orders(&e, series->n_flow);
         if (many)
             sums(&e);
-        *packs = e.l.doubles;
+        *packs = e.l.row * (series->order + 1);
     }
     if (e.out)
         done = fclose(e.out) == 0 && done;

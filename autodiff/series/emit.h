@@ -10,7 +10,8 @@ struct emit {
     FILE *out;
     const ad_series *s;
     struct lanes l;
-    bool *stored; /* packs of this order */
+    bool *stored;        /* packs of this order */
+    size_t accumulators; /* of one loop: what registers hold */
     bool many;    /* AD_SERIES_POINTS points: every number is a vector, of one each */
 };
 
@@ -22,7 +23,7 @@ void ad_emit_vector(const struct emit *e, const struct pack *p,
                     void (*lane)(const struct emit *e, uint32_t id));
 /* Coefficients 0 of all jets (emit_values.c). */
 void ad_emit_values(const struct emit *e);
-/* The loop over orders, of a flow of n inputs (emit_orders.c). */
-void ad_emit_orders(struct emit *e, size_t n);
+/* The loop over orders, of a flow of n inputs (emit_orders.c); false when out of memory. */
+bool ad_emit_orders(struct emit *e, size_t n);
 
 #endif

@@ -1,11 +1,10 @@
 /* The loop over orders, as C (emit.c): one loop sums the middles of all convolutions, whose
    coefficients are known, and straight code does the rest. */
 #include "emit.h"
+#include "autodiff/free.h"
 
+#include <stdlib.h>
 #include <string.h>
-
-/* Accumulators of one loop: what registers hold. */
-enum { ACCUMULATORS = 12 };
 
 /* ---- the middles of convolutions ---- */
 
@@ -21,51 +20,99 @@ static void add(const struct emit *e, uint32_t k, uint32_t pair, char to, const 
     const uint32_t a = g->operand[2 * pair], b = g->operand[is_half(g) ? 0 : 2 * pair + 1];
     fprintf(e->out, "%c%u_%u += ", to, k, pair);
     if (g->kind == JET_PRODUCT0)
-        fprintf(e->out, "z(a%u[%s], a%u[%s]);\n", a, x, b, y);
+        fprintf(e->out, "z(a%u(%s), a%u(%s));\n", a, x, b, y);
     else if (g->kind == JET_POWER)
-        fprintf(e->out, "(w%u * %c - K) * a%u[%s] * a%u[%s];\n", k, index, a, x, b, y);
+        fprintf(e->out, "(w%u * %c - K) * a%u(%s) * a%u(%s);\n", k, index, a, x, b, y);
     else
-        fprintf(e->out, "a%u[%s] * a%u[%s];\n", a, x, b, y);
+        fprintf(e->out, "a%u(%s) * a%u(%s);\n", a, x, b, y);
 }
 
 static uint32_t pairs(const struct group *g) { return g->n_operands > 2 ? 2 : 1; }
 
-static void middles(const struct emit *e)
+/* The groups of one loop, which load operands that they share once: from the first that is not done
+   on, always the one that has most in common with those taken. */
+struct pass {
+    uint32_t *groups, n; /* [n_groups] */
+    bool *done;          /* [n_groups] */
+    uint32_t *loaded;    /* [n_packs] the last loop that has it */
+    uint32_t number;
+};
+
+static void take(const struct emit *e, struct pass *loop, uint32_t k)
 {
-    for (uint32_t first = 0, end; first < e->l.n_groups; first = end) {
-        size_t room = 0;
-        for (end = first; end < e->l.n_groups; end++) {
-            room += accumulators(&e->l.groups[end]);
-            if (end > first && room > ACCUMULATORS)
-                break;
+    const struct group *g = &e->l.groups[k];
+    loop->groups[loop->n++] = k;
+    loop->done[k] = true;
+    for (uint32_t i = 0; i < g->n_operands; i++)
+        loop->loaded[g->operand[i]] = loop->number;
+}
+
+static bool next_loop(const struct emit *e, struct pass *loop)
+{
+    size_t room = e->accumulators;
+    loop->number++;
+    for (loop->n = 0;;) {
+        uint32_t best = JET_NONE, common = 0;
+        for (uint32_t k = 0; k < e->l.n_groups; k++) {
+            const struct group *g = &e->l.groups[k];
+            uint32_t shared = 1;
+            if (loop->done[k] || (loop->n > 0 && accumulators(g) > room))
+                continue;
+            for (uint32_t i = 0; i < g->n_operands; i++)
+                shared += loop->loaded[g->operand[i]] == loop->number;
+            if (shared > common) {
+                best = k;
+                common = shared;
+            }
         }
-        for (uint32_t k = first; k < end; k++)
-            for (uint32_t r = 0; r < pairs(&e->l.groups[k]); r++) {
-                const uint32_t w = e->l.groups[k].width;
-                fprintf(e->out, "v%u p%u_%u = {0};\n", w, k, r);
-                if (!is_half(&e->l.groups[k]))
-                    fprintf(e->out, "v%u q%u_%u = {0};\n", w, k, r);
-            }
-        fputs("{\nsize_t i = 1, j = k - 1;\ndouble I = 1, J = K - 1;\n"
-              "for (; i < j; i++, j--, I++, J--) {\n",
-              e->out);
-        for (uint32_t k = first; k < end; k++)
-            for (uint32_t r = 0; r < pairs(&e->l.groups[k]); r++) {
-                add(e, k, r, 'p', "i", "j", 'I');
-                if (!is_half(&e->l.groups[k]))
-                    add(e, k, r, 'q', "j", "i", 'J');
-            }
-        fputs("}\n", e->out);
-        for (uint32_t k = first; k < end; k++)
-            for (uint32_t r = 0; r < pairs(&e->l.groups[k]); r++)
-                fprintf(e->out, is_half(&e->l.groups[k]) ? "p%u_%u *= 2;\n" : "p%u_%u += q%u_%u;\n",
-                        k, r, k, r);
-        fputs("if (i == j) {\n", e->out);
-        for (uint32_t k = first; k < end; k++)
-            for (uint32_t r = 0; r < pairs(&e->l.groups[k]); r++)
-                add(e, k, r, 'p', "i", "i", 'I');
-        fputs("}\n}\n", e->out);
+        if (best == JET_NONE)
+            return loop->n > 0;
+        const size_t needed = accumulators(&e->l.groups[best]);
+        room -= needed < room ? needed : room;
+        take(e, loop, best);
     }
+}
+
+static void write_loop(const struct emit *e, const struct pass *loop)
+{
+    for (uint32_t i = 0; i < loop->n; i++)
+        for (uint32_t k = loop->groups[i], r = 0; r < pairs(&e->l.groups[k]); r++) {
+            const uint32_t w = e->l.groups[k].width;
+            fprintf(e->out, "v%u p%u_%u = {0};\n", w, k, r);
+            if (!is_half(&e->l.groups[k]))
+                fprintf(e->out, "v%u q%u_%u = {0};\n", w, k, r);
+        }
+    fputs("{\nreal *i = packs + ROW, *j = packs + (k - 1) * ROW;\ndouble I = 1, J = K - 1;\n"
+          "for (; i < j; i += ROW, j -= ROW, I++, J--) {\n",
+          e->out);
+    for (uint32_t i = 0; i < loop->n; i++)
+        for (uint32_t k = loop->groups[i], r = 0; r < pairs(&e->l.groups[k]); r++) {
+            add(e, k, r, 'p', "i", "j", 'I');
+            if (!is_half(&e->l.groups[k]))
+                add(e, k, r, 'q', "j", "i", 'J');
+        }
+    fputs("}\n", e->out);
+    for (uint32_t i = 0; i < loop->n; i++)
+        for (uint32_t k = loop->groups[i], r = 0; r < pairs(&e->l.groups[k]); r++)
+            fprintf(e->out, is_half(&e->l.groups[k]) ? "p%u_%u *= 2;\n" : "p%u_%u += q%u_%u;\n", k,
+                    r, k, r);
+    fputs("if (i == j) {\n", e->out);
+    for (uint32_t i = 0; i < loop->n; i++)
+        for (uint32_t k = loop->groups[i], r = 0; r < pairs(&e->l.groups[k]); r++)
+            add(e, k, r, 'p', "i", "i", 'I');
+    fputs("}\n}\n", e->out);
+}
+
+static bool middles(const struct emit *e)
+{
+    struct pass loop = {.groups = calloc(e->l.n_groups + 1, sizeof *loop.groups),
+                        .done = calloc(e->l.n_groups + 1, sizeof *loop.done),
+                        .loaded = calloc(e->l.n_packs + 1, sizeof *loop.loaded)};
+    const bool done = loop.groups && loop.done && loop.loaded;
+    while (done && next_loop(e, &loop))
+        write_loop(e, &loop);
+    AD_FREE(loop.groups, loop.done, loop.loaded);
+    return done;
 }
 
 /* ---- the rest of one order ---- */
@@ -102,7 +149,7 @@ static void ready(struct emit *e, uint32_t pack)
     if (e->stored[pack])
         return;
     e->stored[pack] = true;
-    fprintf(e->out, "const v%u t%u = a%u[k] = ", p->width, pack, pack);
+    fprintf(e->out, "const v%u t%u = a%u(packs + k * ROW) = ", p->width, pack, pack);
     now(e, p);
     fputs(";\n", e->out);
 }
@@ -123,32 +170,32 @@ static void finish(struct emit *e, uint32_t k)
     fprintf(e->out, "const v%u r%u = ", g->width, k);
     switch (g->kind) {
     case JET_PRODUCT:
-        fprintf(e->out, "(p%u_0 + t%u * a%u[0]) + a%u[0] * t%u", k, a, b, a, b);
+        fprintf(e->out, "(p%u_0 + t%u * a%u(packs)) + a%u(packs) * t%u", k, a, b, a, b);
         break;
     case JET_PRODUCT0:
-        fprintf(e->out, "(p%u_0 + z(t%u, a%u[0])) + z(a%u[0], t%u)", k, a, b, a, b);
+        fprintf(e->out, "(p%u_0 + z(t%u, a%u(packs))) + z(a%u(packs), t%u)", k, a, b, a, b);
         break;
     case JET_SQUARE:
-        fprintf(e->out, "p%u_0 + 2 * a%u[0] * t%u", k, a, a);
+        fprintf(e->out, "p%u_0 + 2 * a%u(packs) * t%u", k, a, a);
         break;
     case JET_QUOTIENT:
-        fprintf(e->out, "(d%u - p%u_0) * i%u - t%u * (a%u[0] * i%u)", k, k, k, a, b, k);
+        fprintf(e->out, "(d%u - p%u_0) * i%u - t%u * (a%u(packs) * i%u)", k, k, k, a, b, k);
         break;
     case JET_RECIP:
     case JET_RECIP0:
-        fprintf(e->out, "p%u_0 * -a%u[0] + t%u * (a%u[0] * -a%u[0])", k, b, a, b, b);
+        fprintf(e->out, "p%u_0 * -a%u(packs) + t%u * (a%u(packs) * -a%u(packs))", k, b, a, b, b);
         break;
     case JET_ROOT:
         fprintf(e->out, "d%u - p%u_0", k, k);
         break;
     case JET_POWER:
-        fprintf(e->out, "p%u_0 * (i%u * R) + t%u * ((w%u * K - K) * a%u[0] * (i%u * R))", k, k, a,
-                k, b, k);
+        fprintf(e->out, "p%u_0 * (i%u * R) + t%u * ((w%u * K - K) * a%u(packs) * (i%u * R))", k, k,
+                a, k, b, k);
         break;
     default: /* JET_INTEGRAL */
-        fprintf(e->out, "p%u_0 * R + d%u * a%u[0]", k, k, b);
+        fprintf(e->out, "p%u_0 * R + d%u * a%u(packs)", k, k, b);
         if (g->n_operands > 2)
-            fprintf(e->out, " + (p%u_1 * R + f%u * a%u[0])", k, k, g->operand[3]);
+            fprintf(e->out, " + (p%u_1 * R + f%u * a%u(packs))", k, k, g->operand[3]);
     }
     fputs(";\n", e->out);
     for (uint32_t i = 0; i < g->n; i++) {
@@ -192,14 +239,14 @@ static void linear(const struct emit *e, uint32_t id)
     fputs(";\n", e->out);
 }
 
-void ad_emit_orders(struct emit *e, size_t n)
+bool ad_emit_orders(struct emit *e, size_t n)
 {
     const ad_series *s = e->s;
     fputs("for (size_t k = 1; k < order; k++) {\nconst double K = k, R = 1 / K, S = 1 / (K + 1);\n",
           e->out);
     for (uint32_t i = 0; i < s->n_input; i++)
         fprintf(e->out, "const real x%u = n%u;\n", i, i);
-    middles(e);
+    const bool done = middles(e);
     for (size_t i = 0; i < s->n; i++) {
         const uint32_t id = e->l.order[i], group = e->l.group_of[id];
         if (group == JET_NONE)
@@ -217,4 +264,5 @@ void ad_emit_orders(struct emit *e, size_t n)
     for (uint32_t i = 0; i < n; i++)
         fprintf(e->out, "c[%zu * (k + 1) + %u] = n%u;\n", n, i, i);
     fputs("}\n}\n", e->out);
+    return done;
 }

@@ -69,10 +69,11 @@ static bool sort(const ad_series *s, const uint32_t *level, uint32_t *order)
     return places;
 }
 
-static uint32_t find_pack(struct lanes *l, size_t stride, uint32_t n, uint32_t width,
-                          const uint32_t jets[])
+static size_t round_up(size_t n, size_t to) { return (n + to - 1) / to * to; }
+
+static uint32_t find_pack(struct lanes *l, uint32_t n, uint32_t width, const uint32_t jets[])
 {
-    struct pack made = {.n = n, .width = width, .at = l->doubles};
+    struct pack made = {.n = n, .width = width, .at = round_up(l->row, width)};
     memcpy(made.jets, jets, n * sizeof *jets);
     for (uint32_t k = 0; k < l->n_packs; k++) {
         const struct pack *p = &l->packs[k];
@@ -80,7 +81,7 @@ static uint32_t find_pack(struct lanes *l, size_t stride, uint32_t n, uint32_t w
             return k;
     }
     l->packs[l->n_packs] = made;
-    l->doubles += (stride * width + l->align - 1) / l->align * l->align;
+    l->row = made.at + width;
     return (uint32_t)l->n_packs++;
 }
 
@@ -115,7 +116,7 @@ static void pack_operands(const ad_series *s, struct lanes *l, struct group *g)
             jets[i] = operand_of(&s->jets[g->jets[i]], g->jets[i], k);
         if (jets[0] == JET_NONE)
             break;
-        g->operand[g->n_operands++] = find_pack(l, s->stride, g->n, g->width, jets);
+        g->operand[g->n_operands++] = find_pack(l, g->n, g->width, jets);
     }
 }
 
@@ -154,8 +155,7 @@ static void find_groups(const ad_series *s, const uint32_t *level, size_t most, 
 bool ad_series_lanes(const ad_series *s, size_t most, size_t align, struct lanes *l)
 {
     uint32_t *level = calloc(s->n + 1, sizeof *level);
-    *l = (struct lanes){.align = align,
-                        .order = malloc((s->n + 1) * sizeof *l->order),
+    *l = (struct lanes){.order = malloc((s->n + 1) * sizeof *l->order),
                         .group_of = malloc((s->n + 1) * sizeof *l->group_of),
                         .groups = malloc((s->n + 1) * sizeof *l->groups),
                         .packs = calloc(GROUP_OPERANDS * (s->n + 1), sizeof *l->packs)};
@@ -164,8 +164,10 @@ bool ad_series_lanes(const ad_series *s, size_t most, size_t align, struct lanes
         find_levels(s, level);
         done = sort(s, level, l->order);
     }
-    if (done)
+    if (done) {
         find_groups(s, level, most, l);
+        l->row = round_up(l->row, align);
+    }
     free(level);
     return done;
 }

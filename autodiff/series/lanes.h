@@ -12,7 +12,7 @@ enum { MOST_LANES = 8, GROUP_OPERANDS = 4 };
 struct pack {
     uint32_t jets[MOST_LANES];
     uint32_t n, width;
-    size_t at; /* in the memory of packs, in doubles */
+    size_t at; /* in the row of each order, in doubles */
 };
 
 /* Jets of one kind and level. Operands are packs: of a product a and b, of a square a, of a
@@ -31,10 +31,12 @@ struct lanes {
     uint32_t *group_of; /* [n], or JET_NONE */
     struct group *groups;
     struct pack *packs;
-    size_t n_groups, n_packs, doubles, align;
+    size_t n_groups, n_packs;
+    size_t row; /* doubles of one order's packs, which lie together */
 };
 
-/* Groups of at most `most` jets; packs begin at multiples of `align`. */
+/* Groups of at most `most` jets; packs lie at multiples of their width,
+   rows of them at those of `align`. */
 bool ad_series_lanes(const ad_series *series, size_t most, size_t align, struct lanes *lanes);
 void ad_series_lanes_free(struct lanes *lanes);
 
