@@ -88,6 +88,18 @@ static void gnuplot_byte(FILE *out, char c, bool *escaped)
     fprintf(out, *escaped ? "\\%03o" : "%c", (unsigned char)c);
 }
 
+/* The bytes of an exponent such as -2 or 1/2 at the beginning of a text. */
+static size_t exponent_length(const char *text)
+{
+    static const char digits[] = "0123456789";
+    size_t sign = *text == '-', n = strspn(text + sign, digits);
+    if (n == 0)
+        return 0;
+    n += sign;
+    size_t below = text[n] == '/' ? strspn(text + n + 1, digits) : 0;
+    return below > 0 ? n + 1 + below : n;
+}
+
 static void gnuplot_text(FILE *out, const char *text, bool markup)
 {
     const char *start = text;
@@ -95,8 +107,14 @@ static void gnuplot_text(FILE *out, const char *text, bool markup)
     fputc('"', out);
     while (*text && text - start < SHOWN) {
         size_t length = phys_utf8_printable(text);
-        bool power = text[0] == '^' && text[1] >= '0' && text[1] <= '9';
-        if (markup && !power && strchr("^_{}@&~\\", *text))
+        size_t exponent = markup && *text == '^' ? exponent_length(text + 1) : 0;
+        if (exponent > 0) {
+            fprintf(out, "^{%.*s}", (int)exponent, text + 1);
+            escaped = false;
+            text += 1 + exponent;
+            continue;
+        }
+        if (markup && strchr("^_{}@&~\\", *text))
             gnuplot_byte(out, '\\', &escaped);
         for (size_t k = 0; k < length; k++)
             gnuplot_byte(out, text[k], &escaped);

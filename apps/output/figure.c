@@ -9,7 +9,7 @@
 const struct layout figure_pair = {.height = 480,
                                    .rows = 1,
                                    .columns = 2,
-                                   .left = 0.085,
+                                   .left = 0.095,
                                    .right = 0.985,
                                    .bottom = 0.115,
                                    .top = 0.82,
@@ -175,6 +175,11 @@ void figure_panel(struct figure *figure, const struct panel *panel)
         set_axis('z', panel, NULL, NULL, NULL, &panel->depth, out);
         fprintf(out, "set xtics %.6g\nset ytics %.6g\nset ztics %.6g\n", wide_step(&panel->across),
                 wide_step(&panel->up), wide_step(&panel->depth));
+    }
+    if (panel->colour.name) {
+        fputs("set format cb '%g'\nset cblabel ", out);
+        write_label(&panel->colour, out);
+        fputc('\n', out);
     }
     fputs("set title ", out);
     quote_gnuplot(out, panel->title ? panel->title : "");

@@ -62,6 +62,7 @@ struct panel {
     const char *title, *x, *y; /* of the axes; NULL: none */
     struct axis across, up;    /* or these */
     struct axis depth;         /* with a name: a view in space, of splot */
+    struct axis colour;        /* with a name: that of the colour bar */
     struct place place;        /* all 0: the next of the layout */
     bool equal;                /* units of both axes are equally long; they have ranges */
     const char *log;           /* axes with powers of ten: "x", "y", "xy"; NULL: none */

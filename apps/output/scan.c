@@ -11,14 +11,22 @@
 
 #define COUNT_OF(a) (sizeof(a) / sizeof(a)[0])
 
-double scan_value(const struct scan *scan, size_t axis, size_t run)
+double scan_between(const struct axis_of_scan *a, double k)
 {
-    const struct axis_of_scan *a = &scan->axis[axis];
-    const size_t k = axis + 1 < scan->axes ? run / scan->axis[1].n : run % a->n;
-    const double share = (double)k / (double)(a->n - 1);
-    if (k + 1 == a->n)
+    const double share = k / (double)(a->n - 1);
+    if (share == 1)
         return a->to;
     return a->log ? a->from * pow(a->to / a->from, share) : a->from + (a->to - a->from) * share;
+}
+
+size_t scan_place(const struct scan *scan, size_t axis, size_t run)
+{
+    return axis + 1 < scan->axes ? run / scan->axis[1].n : run % scan->axis[axis].n;
+}
+
+double scan_value(const struct scan *scan, size_t axis, size_t run)
+{
+    return scan_between(&scan->axis[axis], (double)scan_place(scan, axis, run));
 }
 
 /* NAME=FROM:TO:N, or NAME=FROM:TO:N:log */

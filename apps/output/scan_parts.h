@@ -38,7 +38,10 @@ struct scan {
     bool no_memory;
 };
 
-/* A scanned value of a run. */
+/* The value at place k of an axis, from 0 to n - 1; halves are the edges of cells. */
+double scan_between(const struct axis_of_scan *axis, double k);
+/* The place of a run on an axis, and the value scanned there. */
+size_t scan_place(const struct scan *scan, size_t axis, size_t run);
 double scan_value(const struct scan *scan, size_t axis, size_t run);
 /* The outputs of the table. */
 extern const struct output_kind scan_outputs;

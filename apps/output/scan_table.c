@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 static void write_report(const void *context, struct report *report)
 {
@@ -74,25 +75,83 @@ static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad
     return error->status;
 }
 
+/* A row a run. Of a map: the edges of its cell, which a logarithmic axis needs. */
 static void write_data(const struct scan *scan, FILE *out)
 {
-    fputs("# scanned values, then the numbers shown\n", out);
+    const bool map = scan->axes == AXES;
+    fputs(map ? "# each scanned value with both edges of its cell, then the numbers shown\n"
+              : "# scanned values, then the numbers shown\n",
+          out);
     for (size_t r = 0; r < scan->runs; r++) {
-        for (size_t a = 0; a < scan->axes; a++)
+        for (size_t a = 0; a < scan->axes; a++) {
+            const double k = (double)scan_place(scan, a, r);
             fprintf(out, "%.12g ", scan_value(scan, a, r));
+            if (map)
+                fprintf(out, "%.12g %.12g ", scan_between(&scan->axis[a], k - 0.5),
+                        scan_between(&scan->axis[a], k + 0.5));
+        }
         for (size_t k = 0; k < scan->n; k++)
             if (scan->column[k].shown)
                 fprintf(out, isnan(scan->column[k].value[r]) ? "NaN " : "%.12g ",
                         scan->column[k].value[r]);
         fputc('\n', out);
-        if (scan->axes == AXES && (r + 1) % scan->axis[1].n == 0)
-            fputc('\n', out);
     }
+}
+
+static struct range range_of(const double *value, size_t n)
+{
+    struct range range = {INFINITY, -INFINITY};
+    for (size_t k = 0; k < n; k++)
+        if (isfinite(value[k]))
+            range_widen(&range, value[k]);
+    return range;
+}
+
+/* An axis as long as what was scanned: to the edges of the cells of a map. */
+static struct axis scanned_axis(const struct scan *scan, size_t axis)
+{
+    const struct axis_of_scan *a = &scan->axis[axis];
+    const double edge = scan->axes == AXES ? 0.5 : 0;
+    struct range range = {INFINITY, -INFINITY};
+    range_widen(&range, scan_between(a, -edge));
+    range_widen(&range, scan_between(a, (double)(a->n - 1) + edge));
+    return (struct axis){a->name, a->unit, range, 0};
+}
+
+static void draw_map(struct figure *figure, const struct scan *scan,
+                     const struct result_column *column, const char *name, size_t number)
+{
+    char log[3] = "";
+    for (size_t a = 0; a < AXES; a++)
+        if (scan->axis[a].log)
+            strcat(log, a == 0 ? "x" : "y");
+    const int power = range_exponent(range_of(column->value, scan->runs));
+    figure_panel(figure, &(struct panel){.across = scanned_axis(scan, 0),
+                                         .up = scanned_axis(scan, 1),
+                                         .colour = {name, column->unit, {0, 0}, power},
+                                         .log = log});
+    fputs(DENSITY_PALETTE, figure->plot->script);
+    figure_element(
+        figure,
+        "data using 1:4:2:3:5:6:($%zu/1e%d) with boxxyerror fs solid noborder fc palette notitle",
+        3 * AXES + number, power);
+}
+
+static void draw_curve(struct figure *figure, const struct scan *scan,
+                       const struct result_column *column, const char *name, size_t number)
+{
+    const int power = range_exponent(range_of(column->value, scan->runs));
+    figure_panel(figure, &(struct panel){.across = scanned_axis(scan, 0),
+                                         .up = {name, column->unit, {0, 0}, power},
+                                         .log = scan->axis[0].log ? "x" : NULL});
+    figure_draw(figure, STYLE(figure_colours[0], scan->runs <= 60 ? 7 : 0, 1.2, 0.4), NULL,
+                "data using 1:($%zu/1e%d)", 1 + number, power);
 }
 
 static enum ad_status draw(const void *context, struct plot *plot, struct ad_error *error)
 {
     const struct scan *scan = context;
+    const bool map = scan->axes == AXES;
     size_t shown = 0, number = 0;
     struct figure figure;
     for (size_t k = 0; k < scan->n; k++)
@@ -103,9 +162,10 @@ static enum ad_status draw(const void *context, struct plot *plot, struct ad_err
     struct layout layout = figure_pair;
     layout.rows = shown > 2 ? 2 : 1;
     layout.columns = shown > 1 ? 2 : 1;
+    layout.top = 0.9;
     layout.gap_y = 0.16;
-    layout.gap_x = scan->axes == AXES ? 0.16 : 0.1;
-    layout.right = scan->axes == AXES ? 0.9 : 0.98;
+    layout.gap_x = map ? 0.2 : 0.11;
+    layout.right = map ? 0.88 : 0.98;
     layout.height = shown > 2 ? 760 : 440;
     write_data(scan, plot->data);
     fputs("what = ", plot->script);
@@ -119,22 +179,11 @@ static enum ad_status draw(const void *context, struct plot *plot, struct ad_err
         const struct result_column *column = &scan->column[k];
         if (!column->shown)
             continue;
-        const bool map = scan->axes == AXES;
         char name[KEY + 8];
         snprintf(name, sizeof name, "%s", column->key);
-        const struct axis across = {scan->axis[0].name, scan->axis[0].unit, {0, 0}, 0};
-        const struct axis up = {
-            map ? scan->axis[1].name : name, map ? scan->axis[1].unit : column->unit, {0, 0}, 0};
-        figure_panel(&figure, &(struct panel){.title = map ? name : NULL,
-                                              .across = across,
-                                              .up = up,
-                                              .log = scan->axis[0].log ? "x" : NULL});
-        const size_t at = scan->axes + ++number;
-        if (map)
-            figure_element(&figure, "data using 1:2:%zu with image notitle", at);
-        else
-            figure_draw(&figure, STYLE(figure_colours[0], scan->runs <= 60 ? 7 : 0, 1.2, 0.4), NULL,
-                        "data using 1:%zu", at);
+        for (char *blank = name; (blank = strchr(blank, '_'));)
+            *blank = ' ';
+        (map ? draw_map : draw_curve)(&figure, scan, column, name, ++number);
     }
     figure_end(&figure);
     return error->status;

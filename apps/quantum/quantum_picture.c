@@ -79,7 +79,6 @@ static double largest(size_t n, const double *value)
 static void carpet(struct figure *figure, const struct quantum_run *run, const struct axis *x)
 {
     const struct qm_run_result *result = &run->result;
-    FILE *out = figure->plot->script;
     size_t n = run->slice.grid.n, samples = result->n;
     double end = result->t[samples - 1], apart = samples > 1 ? end / (double)(samples - 1) : 1;
     bool few = samples < FEW;
@@ -90,10 +89,9 @@ static void carpet(struct figure *figure, const struct quantum_run *run, const s
         &(struct panel){
             .across = {"t", run->system.scene->time_unit, {0, few ? end + 0.9 * apart : end}, 0},
             .up = *x,
-            .key = KEY_ABOVE});
-    fputs("set cbrange [0:*]\nset cblabel ", out);
-    quote_gnuplot_label(out, name);
-    fputc('\n', out);
+            .colour = {few ? NULL : name, NULL, {0, 0}, 0},
+            .key = KEY_ABOVE,
+            .more = "set cbrange [0:*]\n"});
     if (few) {
         figure_draw(figure, STYLE("#56b4e9", 0, 1.2, 0), "density",
                     "data index 0 using ($1+%.6g*$3):2",

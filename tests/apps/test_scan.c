@@ -5,6 +5,7 @@
 #include "shell.h"
 #include "tests/mentions.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -69,6 +70,15 @@ static void two_parameters_are_a_map(void **state)
     assert_int_equal(sscanf(line, "%lf,%lf,%d", &m, &k, &status), 3);
     assert_true(m == 4 && status == 0);
     assert_close(k, 10, 1e-14, 0);
+    /* Cells meet half way: of m 1 at 2.5, of k 10 at the roots of 10 and 1000. */
+    shell_works("mkdir none && PATH=$PWD/none $LA modes spring --scan m=1:4:2 --scan "
+                "k=1:100:3:log --plot cells.svg --quiet && grep '^1 [-0-9.]* [0-9.]* 10 ' "
+                "cells.svg.dat");
+    double right, low, high;
+    assert_int_equal(sscanf(shell_out(), "1 -0.5 %lf 10 %lf %lf", &right, &low, &high), 3);
+    assert_close(right, 2.5, 1e-11, 0);
+    assert_close(low, sqrt(10), 1e-11, 0);
+    assert_close(high, sqrt(1000), 1e-11, 0);
     shell_works("$LA modes spring --scan m=1:4:2 --scan k=1:100:3:log --json");
     const char *last = strstr(shell_last_line(), "\"m\": 4, \"k\": 100,");
     assert_non_null(last);
