@@ -1,11 +1,19 @@
-/* Matrix products (blas.h), and the number of threads of OpenBLAS. */
+/* Matrix products and large systems (blas.h), and the number of threads of OpenBLAS. */
 #include "blas.h"
 #include "lazy.h"
 
 #include <cblas.h>
+#include <complex.h>
+#include <lapack.h>
 
 #define cblas_dgemm AD_LAZY(ad_blas_load, cblas_dgemm)
 #define cblas_sgemm AD_LAZY(ad_blas_load, cblas_sgemm)
+#define cblas_dtrsm AD_LAZY(ad_blas_load, cblas_dtrsm)
+#define cblas_strsm AD_LAZY(ad_blas_load, cblas_strsm)
+#define dgetrf_ AD_LAZY(ad_blas_load, dgetrf_)
+#define dpotrf_ AD_LAZY(ad_blas_load, dpotrf_)
+#define sgetrf_ AD_LAZY(ad_blas_load, sgetrf_)
+#define spotrf_ AD_LAZY(ad_blas_load, spotrf_)
 #define openblas_get_num_threads AD_LAZY(load, openblas_get_num_threads)
 #define openblas_set_num_threads AD_LAZY(load, openblas_set_num_threads)
 
@@ -44,6 +52,37 @@ void ad_blas_gemm(enum ad_type type, bool transpose_a, bool transpose_b, size_t 
     else
         cblas_dgemm(CblasRowMajor, ta, tb, (blasint)m, (blasint)n, (blasint)k, 1, a, (blasint)lda,
                     b, (blasint)ldb, add, c, (blasint)ldc);
+}
+
+void ad_blas_triangle(enum ad_type type, bool upper, bool transposed, bool unit, size_t n, size_t m,
+                      const void *t, void *x, size_t ldx)
+{
+    const enum CBLAS_UPLO part = upper ? CblasUpper : CblasLower;
+    const enum CBLAS_TRANSPOSE op = transposed ? CblasTrans : CblasNoTrans;
+    const enum CBLAS_DIAG diagonal = unit ? CblasUnit : CblasNonUnit;
+    const blasint rows = (blasint)n, cols = (blasint)m, ld = (blasint)ldx;
+    if (type == AD_F32)
+        cblas_strsm(CblasRowMajor, CblasLeft, part, op, diagonal, rows, cols, 1, t, rows, x, ld);
+    else
+        cblas_dtrsm(CblasRowMajor, CblasLeft, part, op, diagonal, rows, cols, 1, t, rows, x, ld);
+}
+
+_Static_assert(sizeof(lapack_int) == sizeof(int), "pivots are int");
+
+/* LAPACK goes by columns: it sees a^T = P l' u', the upper triangle where rows have the lower. */
+bool ad_blas_factor(enum ad_type type, bool cholesky, size_t n, void *a, int *pivot)
+{
+    const lapack_int side = (lapack_int)n;
+    lapack_int info;
+    if (cholesky && type == AD_F32)
+        LAPACK_spotrf("U", &side, a, &side, &info);
+    else if (cholesky)
+        LAPACK_dpotrf("U", &side, a, &side, &info);
+    else if (type == AD_F32)
+        LAPACK_sgetrf(&side, &side, a, &side, pivot, &info);
+    else
+        LAPACK_dgetrf(&side, &side, a, &side, pivot, &info);
+    return info == 0;
 }
 
 static void *load(void **slot, const char *name)

@@ -58,7 +58,7 @@ struct node {
 };
 
 enum { CUMSUM_ROWS = 1, CUMSUM_REVERSED = 2 };
-enum { SYSTEM_SIDE = 63, SYSTEM_CHOLESKY = 64, SYSTEM_TRANSPOSED = 128 };
+enum { SYSTEM_SIDE = 0xffff, SYSTEM_CHOLESKY = 1 << 16, SYSTEM_TRANSPOSED = 1 << 17 };
 /* NODE_PLAIN: a scalar that no identity of simplify.c looks into. NODE_NUMBER: a scalar constant
    that came as a number, shared by all operations that take it. */
 enum { NODE_LABELLED = 1, NODE_HELD = 2, NODE_PLAIN = 4, NODE_NUMBER = 8 };
@@ -222,6 +222,7 @@ static inline bool ad_is_current(ad_var x)
     X(softmax_rows)                                                                                \
     X(softmax_cols)                                                                                \
     X(inverse)                                                                                     \
+    X(product)                                                                                     \
     X(mean)                                                                                        \
     X(dot)                                                                                         \
     X(hold)                                                                                        \
@@ -313,7 +314,7 @@ bool ad_loops_copy(ad_tape *copy, const ad_tape *tape);
 /* Cumulative sum, flags as in the node. */
 ad_var ad_cumulative(ad_var x, unsigned flags);
 
-/* Small linear systems (systems.c), per column: the solution from a given factor; the error of a
+/* Linear systems (systems.c), per column: the solution from a given factor; the error of a
    singular column of a factor; a unit matrix; u v^T with n rows and m columns; a x, a transposed or
    not. */
 ad_var ad_solve_factored(ad_var a, ad_var factor, ad_var b, uint32_t aux);

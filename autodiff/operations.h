@@ -162,19 +162,23 @@ ad_var ad_cumsum_cols(ad_var x);
 ad_var ad_matmul(ad_var a, bool transpose_a, ad_var b, bool transpose_b);
 ad_var ad_transpose(ad_var x); /* -> cols x rows */
 
-/* Small linear systems, one per column: a has n*n rows, n up to 32, and row i*n + j is element (i,
-   j). LU with partial pivoting, or Cholesky, which reads only the lower triangle of a symmetric
-   positive definite a. A column whose matrix is singular to rounding, or not positive definite,
-   gives NaN, and an error that names it: in ad_program_error after a run, and from ad_run_checked,
-   ad_evaluate, ad_gradient, and ad_compile where the matrices are constants. Singular to rounding
-   is a condition number over 2e15 (f32: 4e6), which leaves no digit, with rows and columns scaled
-   to a largest element of 1: bad scaling alone is no error. See ad_program_condition. */
+/* Linear systems, one per column: a has n*n rows, n up to 32, and row i*n + j is element (i, j). A
+   single column may hold a matrix of any size, for LAPACK: ad_reshape(A, n*n, 1). LU with partial
+   pivoting, or Cholesky, which reads only the lower triangle of a symmetric positive definite a. A
+   column whose matrix is singular to rounding, or not positive definite, gives NaN, and an error
+   that names it: in ad_program_error after a run, and from ad_run_checked, ad_evaluate,
+   ad_gradient, and ad_compile where the matrices are constants. Singular to rounding is a condition
+   number over 2e15 (f32: 4e6), which leaves no digit, with rows and columns scaled to a largest
+   element of 1: bad scaling alone is no error. See ad_program_condition. */
 enum ad_factors { AD_LU, AD_CHOLESKY };
 /* The solution x of a x = b; b has n*m rows, and row i*m + k is element i of right side k. A single
    column of a or b is broadcast to the columns of the other. */
 ad_var ad_solve(ad_var a, ad_var b, enum ad_factors factors);
 ad_var ad_inverse(ad_var a, enum ad_factors factors); /* -> n*n x cols */
 ad_var ad_logdet(ad_var a, enum ad_factors factors);  /* log |det a| -> 1 x cols */
+/* Products of small matrices, one per column: a has n*inner rows, b inner*m, the result n*m, in the
+   same order. A single column of a or b is broadcast to the columns of the other. */
+ad_var ad_product(ad_var a, ad_var b, size_t inner);
 
 /* Views; nothing is copied. first + count must lie within the shape. */
 ad_var ad_row(ad_var x, size_t row);                        /* -> 1 x cols */

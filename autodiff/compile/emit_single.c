@@ -50,6 +50,12 @@ static uint8_t kind_of(uint16_t op)
     }
 }
 
+/* By LAPACK. */
+static bool is_large_system(const struct value *v)
+{
+    return (v->op == AD_OP_factor || v->op == AD_OP_solve) && (v->aux & SYSTEM_SIDE) > AD_MOST_SIDE;
+}
+
 bool ad_plan_alone(struct plan *p, const struct group *group, struct segment s)
 {
     const uint32_t id = p->graph->order[group->first];
@@ -81,7 +87,7 @@ bool ad_plan_alone(struct plan *p, const struct group *group, struct segment s)
                 return false;
         }
         in.loc[3] |= v->flags & VALUE_ADDS ? MATMUL_ADDS : 0;
-        p->program->has_matmul |= v->op == AD_OP_matmul;
+        p->program->has_matmul |= v->op == AD_OP_matmul || is_large_system(v);
     }
     return APPEND(p->program->instructions, p->program->n_instructions, p->max_instructions, in) &&
            APPEND(p->program->segments, p->program->n_segments, p->max_segments, s);

@@ -1,4 +1,4 @@
-/* Small linear systems in direct evaluation, for sweeps.c. */
+/* Linear systems in direct evaluation, for sweeps.c. */
 
 static void system_forward(const struct node *n, struct ad_direct *d, uint32_t id, R *y)
 {
@@ -23,6 +23,14 @@ static void system_forward(const struct node *n, struct ad_direct *d, uint32_t i
                  cholesky, n->aux & SYSTEM_TRANSPOSED);
 }
 
+static R *system_room(struct ad_direct *d, size_t side, size_t vectors)
+{
+    R *room = calloc(vectors * side, sizeof *room);
+    if (!room)
+        ad_fail(&d->error, AD_E_MEMORY, "out of memory for the adjoint of a linear system");
+    return room;
+}
+
 /* One right side of one column at a time: b' = a'^-1 g, a's adjoint -= b' x'. */
 static void solve_backward(const struct node *n, struct ad_direct *d, const R *x, const R *g)
 {
@@ -31,7 +39,9 @@ static void solve_backward(const struct node *n, struct ad_direct *d, const R *x
     const bool transposed = n->aux & SYSTEM_TRANSPOSED;
     const R *f = (const R *)d->value + direct_offset(d, n->in[1]);
     R *to_a = (R *)d->adjoint + direct_offset(d, n->in[0]),
-      *to_b = (R *)d->adjoint + direct_offset(d, n->in[2]), b[AD_MOST_SIDE];
+      *to_b = (R *)d->adjoint + direct_offset(d, n->in[2]), *b = system_room(d, side, 1);
+    if (!b)
+        return;
     for (size_t c = 0; c < cols; c++)
         for (size_t k = 0; k < m; k++) {
             kernels->solve(side, 1, 1, b, 1, f + c, cols, g + k * cols + c, m * cols,
@@ -44,6 +54,7 @@ static void solve_backward(const struct node *n, struct ad_direct *d, const R *x
                                                            : b[i] * x[(j * m + k) * cols + c];
             }
         }
+    free(b);
 }
 
 static void logdet_backward(const struct node *n, struct ad_direct *d, const R *g)
@@ -51,14 +62,18 @@ static void logdet_backward(const struct node *n, struct ad_direct *d, const R *
     const struct ad_kernels *kernels = ad_kernels_for(TYPE);
     const size_t side = n->aux & SYSTEM_SIDE, cols = n->cols;
     const R *f = (const R *)d->value + direct_offset(d, n->in[1]);
-    R *to_a = (R *)d->adjoint + direct_offset(d, n->in[0]);
+    R *to_a = (R *)d->adjoint + direct_offset(d, n->in[0]), *unit = system_room(d, side, 2);
+    if (!unit)
+        return;
+    R *row = unit + side;
     for (size_t c = 0; c < cols; c++)
         for (size_t j = 0; j < side; j++) {
-            R unit[AD_MOST_SIDE] = {0}, row[AD_MOST_SIDE];
             unit[j] = 1;
             kernels->solve(side, 1, 1, row, 1, f + c, cols, unit, 1, n->aux & SYSTEM_CHOLESKY,
                            true);
+            unit[j] = 0;
             for (size_t i = 0; i < side; i++)
                 to_a[(i * side + j) * cols + c] += g[c] * row[i];
         }
+    free(unit);
 }

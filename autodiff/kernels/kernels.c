@@ -6,6 +6,7 @@
    4 ulp). Each function has a loop of its own: gcc would fuse sin and cos of one argument and lose
    both vector versions. */
 #include "kernels.h"
+#include "autodiff/blas.h"
 
 #include <float.h>
 #include <math.h>
@@ -14,10 +15,12 @@
 #ifdef AD_KERNEL_F32
 typedef float R;
 #define F(name) name##f
+#define TYPE AD_F32
 #define TYPE_NAME f32
 #else
 typedef double R;
 #define F(name) name
+#define TYPE AD_F64
 #define TYPE_NAME f64
 #endif
 
@@ -207,6 +210,8 @@ static void to_double(size_t n, double *o, const void *pa)
 
 #include "optim_step.h"
 #include "small_systems.h"
+
+#include "large_systems.h"
 
 /* Without OpenMP these files are the oracle of those with it: plain loops. */
 #if defined(__AVX512DQ__) && defined(AD_KERNEL_F64) && defined(_OPENMP)

@@ -13,7 +13,8 @@ enum { VARIANT_A_NUMBER = 1, VARIANT_B_NUMBER = 2, VARIANT_C_NUMBER = 4, N_VARIA
 /* ab + c, c + ab, ab - c, c - ab */
 enum product_sum { PRODUCT_PLUS, PLUS_PRODUCT, PRODUCT_MINUS, MINUS_PRODUCT, N_PRODUCT_SUMS };
 
-enum { AD_MOST_SIDE = 32 }; /* largest n of small systems, n x n */
+/* Largest n of small systems, n x n, and of a single one, whose n*n is an int of LAPACK. */
+enum { AD_MOST_SIDE = 32, AD_LARGEST_SIDE = 46340 };
 
 /* The first singular column, SIZE_MAX if none, and the largest condition number of the others (see
    ad_program_condition). */
@@ -52,9 +53,9 @@ struct ad_kernels {
     void (*scatter)(size_t n, void *o, const void *a, const uint32_t *list);
     /* o[i] = a[0] + ... + a[i], or from the other end; added in double */
     void (*cumsum)(size_t n, void *o, const void *a, bool reversed);
-    /* Small systems, n x n in each column (small_systems.h); ldo, lda, ldf, ldb: row strides in
-       elements. factor fills the factor of a singular matrix with NaN. solve: m right sides, row
-       i*m + k is element i of side k. */
+    /* Linear systems, n x n in each column (small_systems.h) or in one (large_systems.h); ldo, lda,
+       ldf, ldb: row strides in elements. factor fills the factor of a singular matrix with NaN.
+       solve: m right sides, row i*m + k is element i of side k. */
     struct ad_factored (*factor)(size_t n, size_t cols, void *o, size_t ldo, const void *a,
                                  size_t lda, bool cholesky);
     void (*solve)(size_t n, size_t m, size_t cols, void *o, size_t ldo, const void *f, size_t ldf,

@@ -249,8 +249,8 @@ static void condition_block(size_t n, size_t w, const R *a, size_t lda, block *f
     EACH_COLUMN condition[l] = norm[l] * most[l];
 }
 
-static struct ad_factored factor(size_t n, size_t cols, void *o, size_t ldo, const void *a,
-                                 size_t lda, bool cholesky)
+static struct ad_factored factor_columns(size_t n, size_t cols, void *o, size_t ldo, const void *a,
+                                         size_t lda, bool cholesky)
 {
     block m[(AD_MOST_SIDE + 1) * AD_MOST_SIDE], size[AD_MOST_SIDE], weight[AD_MOST_SIDE];
     const size_t rows = n * n + (cholesky ? 0 : n);
@@ -282,8 +282,8 @@ static struct ad_factored factor(size_t n, size_t cols, void *o, size_t ldo, con
     return found;
 }
 
-static void solve(size_t n, size_t m, size_t cols, void *o, size_t ldo, const void *f, size_t ldf,
-                  const void *b, size_t ldb, bool cholesky, bool transposed)
+static void solve_columns(size_t n, size_t m, size_t cols, void *o, size_t ldo, const void *f,
+                          size_t ldf, const void *b, size_t ldb, bool cholesky, bool transposed)
 {
     block factors[(AD_MOST_SIDE + 1) * AD_MOST_SIDE], x[AD_MOST_SIDE];
     for (size_t c = 0; c < cols; c += BLOCK) {
@@ -297,7 +297,7 @@ static void solve(size_t n, size_t m, size_t cols, void *o, size_t ldo, const vo
     }
 }
 
-static void logdet(size_t n, size_t cols, void *o, const void *f, size_t ldf, bool cholesky)
+static void logdet_columns(size_t n, size_t cols, void *o, const void *f, size_t ldf, bool cholesky)
 {
     R *y = o;
     for (size_t c = 0; c < cols; c++) {

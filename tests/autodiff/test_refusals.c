@@ -65,6 +65,8 @@ static ad_var op_solve(ad_var x) { return ad_solve(x, x, AD_LU); }
 
 static ad_var op_inverse(ad_var x) { return ad_inverse(x, AD_CHOLESKY); }
 
+static ad_var op_product(ad_var x) { return ad_product(x, x, 1); }
+
 static ad_var op_logdet(ad_var x) { return ad_logdet(x, AD_LU); }
 
 static ad_var op_concat_rows(ad_var x) { return ad_concat_rows(2, (ad_var[]){x, x}); }
@@ -106,6 +108,7 @@ static const struct {
     {"solve", op_solve},
     {"inverse", op_inverse},
     {"logdet", op_logdet},
+    {"product", op_product},
     {"cumsum", ad_cumsum_cols},
     {"max_rows", ad_max_rows},
     {"max_cols", ad_max_cols},

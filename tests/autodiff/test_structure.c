@@ -180,6 +180,74 @@ static void test_derivatives(void **state)
     for_each_case(derivatives, AD_F64);
 }
 
+/* ---- every way of running, to third order ---- */
+
+enum { ORDERS = 3, WAY_ROWS = 5, WAY_COLS = 131, MOST_OUT = 3 * ORDERS + 1 };
+
+/* A case recorded with its gradients: y[k] is the sum of those of y[k-1], weighted. */
+struct orders {
+    struct trial t;
+    ad_var y[ORDERS], out[MOST_OUT];
+    size_t n_out;
+};
+
+static struct orders record_orders(struct trial t)
+{
+    struct orders o = {.t = t, .y = {sandwich(&t)}};
+    for (size_t k = 0; k < ORDERS; k++) {
+        ad_var *g = o.out + o.n_out;
+        assert_int_equal(ad_grad(o.y[k], t.n, t.x, g), AD_OK);
+        o.n_out += t.n;
+        if (k + 1 < ORDERS)
+            o.y[k + 1] =
+                t.n == 1 ? weighted_sum(g[0]) : ad_add(weighted_sum(g[0]), weighted_sum(g[1]));
+    }
+    return o;
+}
+
+static double *run_orders(ad_program *p, const struct orders *o, size_t *n)
+{
+    double *all = NULL;
+    *n = 0;
+    for (size_t k = 0; k < o->t.n; k++)
+        ad_set(p, o->t.x[k], o->t.at[k]);
+    ad_run(p);
+    for (size_t k = 0; k < o->n_out; k++) {
+        const size_t size = ad_rows(o->out[k]) * ad_cols(o->out[k]);
+        all = realloc(all, (*n + size) * sizeof *all);
+        assert_non_null(all);
+        ad_get(p, o->out[k], all + *n);
+        *n += size;
+    }
+    return all;
+}
+
+static void one_way(const struct orders *o)
+{
+    size_t n;
+    ad_program *p = compile(o->t.tape, o->n_out, o->out);
+    double *one = run_orders(p, o, &n);
+    ad_set_threads(p, 2);
+    double *two = run_orders(p, o, &n);
+    assert_memory_equal(one, two, n * sizeof *one);
+    free(one);
+    free(two);
+    ad_program_free(p);
+}
+
+static void every_way(struct trial *t)
+{
+    struct orders o = record_orders(*t);
+    assert_gradient(t->s->name, o.y[2], t->n, t->x, t->at, 1e-5, 5);
+    one_way(&o);
+}
+
+static void test_every_way(void **state)
+{
+    (void)state;
+    for_each_case(every_way, AD_F64);
+}
+
 /* ---- one value used by several ---- */
 
 /* Rows taken apart and put together again, columns overlapping: adjoints of slices add up. */
@@ -258,7 +326,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_operation),    cmocka_unit_test(test_values),
         cmocka_unit_test(test_adjoint_identities), cmocka_unit_test(test_derivatives),
-        cmocka_unit_test(test_overlapping_slices), cmocka_unit_test(test_pair_law),
+        cmocka_unit_test(test_every_way),          cmocka_unit_test(test_overlapping_slices),
+        cmocka_unit_test(test_pair_law),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

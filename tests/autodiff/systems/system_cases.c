@@ -1,8 +1,9 @@
-/* Small systems of structure_cases.h: 3 x 3 in each column, with pivots off the diagonal for LU,
-   symmetric for Cholesky. */
+/* Linear systems of structure_cases.h: 3 x 3 in each column, and one of 37 x 37, with pivots off
+   the diagonal for LU, symmetric for Cholesky; products in each column. */
 #include "tests/autodiff/structure_cases.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { N = 3, SIDES = 2 };
 
@@ -108,14 +109,133 @@ static double solve_by_one_element(const struct matrix x[2], size_t r, size_t c)
     return s;
 }
 
+/* ---- one large matrix, of all elements of x ---- */
+
+enum { LARGE = 37, BOTH_SIDES = LARGE * SIDES, COLUMNS = 2 };
+
+static ad_var all_picked(ad_var x, size_t n, size_t from)
+{
+    uint32_t list[LARGE * LARGE];
+    const size_t size = ad_rows(x) * ad_cols(x);
+    for (size_t k = 0; k < n; k++)
+        list[k] = picked(k + from, size);
+    return ad_gather_rows(ad_reshape(x, size, 1), n, list);
+}
+
+static ad_var large_matrix(ad_var x, bool cholesky)
+{
+    static double large[LARGE * LARGE];
+    memset(large, 0, sizeof large);
+    for (size_t i = 0; i < LARGE; i++)
+        large[i * LARGE + (i + !cholesky) % LARGE] = 3;
+    return ad_add(ad_mul(0.03, all_picked(x, LARGE * LARGE, 0)),
+                  ad_const(x.tape, LARGE * LARGE, 1, large));
+}
+
+/* By elimination with pivots: the solution x, the inverse's factor; returns log |det|. */
+static double eliminate(const struct matrix *m, bool cholesky, double x[LARGE])
+{
+    double a[LARGE][LARGE], log_of = 0;
+    for (size_t i = 0; i < LARGE; i++)
+        for (size_t j = 0; j < LARGE; j++) {
+            size_t k = cholesky && j > i ? j * LARGE + i : i * LARGE + j;
+            a[i][j] =
+                0.03 * m->v[picked(k, m->rows * m->cols)] + (j == (i + !cholesky) % LARGE ? 3 : 0);
+        }
+    for (size_t k = 0; k < LARGE; k++) {
+        size_t best = k;
+        for (size_t i = k + 1; i < LARGE; i++)
+            best = fabs(a[i][k]) > fabs(a[best][k]) ? i : best;
+        for (size_t j = 0; j < LARGE; j++) {
+            double swap = a[k][j];
+            a[k][j] = a[best][j];
+            a[best][j] = swap;
+        }
+        double swap = x[k];
+        x[k] = x[best];
+        x[best] = swap;
+        log_of += log(fabs(a[k][k]));
+        for (size_t i = 0; i < LARGE; i++) {
+            const double factor = i == k ? 0 : a[i][k] / a[k][k];
+            for (size_t j = k; j < LARGE; j++)
+                a[i][j] -= factor * a[k][j];
+            x[i] -= factor * x[k];
+        }
+    }
+    for (size_t i = 0; i < LARGE; i++)
+        x[i] /= a[i][i];
+    return log_of;
+}
+
+static ad_var large_solution(const ad_var x[2], enum ad_factors factors)
+{
+    ad_var b = ad_reshape(all_picked(x[0], BOTH_SIDES * COLUMNS, 7), BOTH_SIDES, COLUMNS);
+    return ad_solve(large_matrix(x[0], factors == AD_CHOLESKY), b, factors);
+}
+
+static double large_solution_at(const struct matrix x[2], bool cholesky, size_t r, size_t c)
+{
+    double side[LARGE];
+    for (size_t i = 0; i < LARGE; i++)
+        side[i] = x->v[picked((i * SIDES + r % SIDES) * COLUMNS + c + 7, x->rows * x->cols)];
+    eliminate(x, cholesky, side);
+    return side[r / SIDES];
+}
+
+#define BOTH_LARGE(suffix, factors, cholesky)                                                      \
+    static ad_var large_solve_##suffix(const ad_var x[2]) { return large_solution(x, factors); }   \
+    static double large_solve_##suffix##_element(const struct matrix x[2], size_t r, size_t c)     \
+    {                                                                                              \
+        return large_solution_at(x, cholesky, r, c);                                               \
+    }                                                                                              \
+    static ad_var large_logdet_##suffix(const ad_var x[2])                                         \
+    {                                                                                              \
+        return ad_logdet(large_matrix(x[0], cholesky), factors);                                   \
+    }                                                                                              \
+    static double large_logdet_##suffix##_element(const struct matrix x[2], size_t r, size_t c)    \
+    {                                                                                              \
+        double none[LARGE] = {0};                                                                  \
+        (void)r, (void)c;                                                                          \
+        return eliminate(x, cholesky, none);                                                       \
+    }
+BOTH_LARGE(lu, AD_LU, false)
+BOTH_LARGE(cholesky, AD_CHOLESKY, true)
+
+/* ---- products of 2 x 3 and 3 x 2 ---- */
+
+enum { HEIGHT = 2 };
+
+static ad_var product(const ad_var x[2])
+{
+    uint32_t a[HEIGHT * N], b[N * SIDES];
+    for (size_t k = 0; k < HEIGHT * N; k++)
+        a[k] = picked(k, ad_rows(x[0]));
+    for (size_t k = 0; k < N * SIDES; k++)
+        b[k] = picked(k + 7, ad_rows(x[1]));
+    return ad_product(ad_gather_rows(x[0], HEIGHT * N, a), ad_gather_rows(x[1], N * SIDES, b), N);
+}
+
+static double product_element(const struct matrix x[2], size_t r, size_t c)
+{
+    double s = 0;
+    for (size_t j = 0; j < N; j++)
+        s += at(x, picked(r / SIDES * N + j, x->rows), c) *
+             at(x + 1, picked(j * SIDES + r % SIDES + 7, x[1].rows), x[1].cols == 1 ? 0 : c);
+    return s;
+}
+
 #define CASE(name, second)                                                                         \
     {                                                                                              \
 #name, name, name##_element, second, 1, SMOOTH                                             \
     }
 
 const struct structure system_cases[] = {
-    CASE(solve_lu, SAME),     CASE(solve_cholesky, SAME),   CASE(solve_lu, ONE_COL),
-    CASE(inverse_lu, NONE),   CASE(inverse_cholesky, NONE), CASE(logdet_lu, NONE),
-    CASE(solve_by_one, SAME), CASE(logdet_cholesky, NONE),
+    CASE(solve_lu, SAME),         CASE(solve_cholesky, SAME),
+    CASE(solve_lu, ONE_COL),      CASE(inverse_lu, NONE),
+    CASE(inverse_cholesky, NONE), CASE(logdet_lu, NONE),
+    CASE(solve_by_one, SAME),     CASE(logdet_cholesky, NONE),
+    CASE(large_solve_lu, NONE),   CASE(large_solve_cholesky, NONE),
+    CASE(large_logdet_lu, NONE),  CASE(large_logdet_cholesky, NONE),
+    CASE(product, SAME),          CASE(product, ONE_COL),
 };
 const size_t system_n_cases = sizeof system_cases / sizeof system_cases[0];

@@ -1,5 +1,6 @@
-/* Small systems in cases that could be wrong without an error: singular and nearly singular
-   columns, among others and in vector tails, all sizes up to 32; errors that name the column. */
+/* Linear systems in cases that could be wrong without an error: singular and nearly singular
+   columns, among others and in vector tails, all sizes up to 32 and some above; errors that name
+   the column. */
 #include "tests/autodiff/support.h"
 
 #include <stdio.h>
@@ -60,6 +61,9 @@ static void all_sides(void)
             for (int type = 0; type < 2; type++)
                 solve_random(n, columns[n % 4], 1 + n % 3, (enum ad_factors)factors,
                              type ? AD_F64 : AD_F32);
+    for (size_t n = 33; n <= 133; n += 50)
+        for (int k = 0; k < 4; k++)
+            solve_random(n, 1, 1 + n % 4, k % 2 ? AD_LU : AD_CHOLESKY, k / 2 ? AD_F64 : AD_F32);
 }
 
 static void test_all_sides(void **state)
@@ -160,6 +164,92 @@ static void test_singular(void **state)
         }
 }
 
+/* ---- one large matrix ---- */
+
+enum { LARGE = 40 };
+
+/* Of 2 on the diagonal and 1 above it, row i scaled by r^i, column j by c^j. */
+static void fill_large(double *a, double r, double c)
+{
+    for (size_t i = 0; i < LARGE; i++)
+        for (size_t j = 0; j < LARGE; j++)
+            a[i * LARGE + j] = (i == j ? 2 : j == i + 1) * pow(r, (double)i) * pow(c, (double)j);
+}
+
+static void test_large(void **state)
+{
+    (void)state;
+    static const struct {
+        double r, c;
+        size_t at; /* an element ... */
+        double is; /* ... that becomes this; 0: stays */
+        bool refused;
+    } rows[] = {
+        {1, 1, 0, 0, false},
+        {1e7, 1e-3, 0, 0, false},
+        {1e-7, 1, 0, 0, false},
+        {1, 1, 3 * LARGE + 3, NAN, true},
+        {1, 1, 7, INFINITY, true},
+        {1, 1, LARGE * LARGE - 2, 4 + 0x1p-50, true}, /* twice the row above but for rounding */
+        {0, 1, 0, 0, true},                           /* row 1 and those below are 0 */
+    };
+    for (size_t k = 0; k < LENGTH(rows); k++) {
+        ad_tape *t = ad_tape_new(AD_F64);
+        double a[LARGE * LARGE], b[2 * LARGE], x[2 * LARGE];
+        ad_var in[] = {ad_input(t, LARGE * LARGE, 1, "a"), ad_input(t, LARGE, 2, "b")};
+        ad_var y = ad_solve(in[0], in[1], AD_LU);
+        ad_program *p = compile(t, 1, &y);
+        struct ad_error e = {0};
+        fill_large(a, rows[k].r, rows[k].c);
+        if (rows[k].is != 0)
+            a[rows[k].at] = rows[k].is;
+        for (size_t i = 0; i < LARGE; i++) /* of x = c^-i and 2 c^-i */
+            for (size_t s = 0; s < 2; s++)
+                b[2 * i + s] =
+                    (i + 1 < LARGE ? 3. : 2.) * (double)(s + 1) * pow(rows[k].r, (double)i);
+        ad_set(p, in[0], a);
+        ad_set(p, in[1], b);
+        ad_run(p);
+        assert_named(ad_program_error(p), rows[k].refused, 0);
+        ad_get(p, y, x);
+        for (size_t i = 0; i < 2 * LARGE; i++)
+            if (rows[k].refused)
+                assert_true(isnan(x[i]));
+            else
+                assert_close(x[i] * pow(rows[k].c, (double)(i / 2)), 1. + (double)(i % 2), 1e-14,
+                             0);
+        ad_evaluate(2, in, (const double *const[]){a, b}, y, x, &e);
+        assert_named(&e, rows[k].refused, 0);
+        ad_program_free(p);
+        ad_tape_free(t);
+    }
+}
+
+/* a a^-1 = 1, and log |a^-1| = - log |a|, whose gradient is a^-T. */
+static void test_large_inverse(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var a = ad_input(t, LARGE * LARGE, 1, "a"), inverse = ad_inverse(a, AD_LU), by;
+    ad_var m = ad_reshape(a, LARGE, LARGE), n = ad_reshape(inverse, LARGE, LARGE);
+    ad_var log_of = ad_logdet(a, AD_LU), sum = ad_add(log_of, ad_logdet(inverse, AD_LU));
+    uint64_t seed = 3;
+    double *at = random_values(&seed, (size_t)LARGE * LARGE, -1, 1);
+    const double *const x[] = {at};
+    assert_int_equal(ad_grad(log_of, 1, &a, &by), AD_OK);
+    by = ad_sub(ad_reshape(by, LARGE, LARGE), ad_transpose(n));
+    double *one = evaluate(ad_matmul(m, false, n, false), 1, &a, x), *none = evaluate(by, 1, &a, x);
+    for (size_t i = 0; i < (size_t)LARGE * LARGE; i++) {
+        assert_close(one[i], i % (LARGE + 1) == 0, 0, 1e-11);
+        assert_close(none[i], 0, 0, 1e-11);
+    }
+    assert_close(evaluate_scalar(sum, 1, &a, x), 0, 0, 1e-11);
+    free(at);
+    free(one);
+    free(none);
+    ad_tape_free(t);
+}
+
 /* Of two columns the first is named; of a held matrix in each run again, too. */
 static void test_held(void **state)
 {
@@ -240,7 +330,7 @@ static void test_refused(void **state)
 {
     (void)state;
     ad_tape *t = ad_tape_new(AD_F64);
-    for (int k = 0; k < 6; k++) {
+    for (int k = 0; k < 7; k++) {
         ad_tape_reset(t);
         ad_var a = ad_input(t, 9, 4, "a"), five = ad_input(t, 5, 4, "five");
         ad_var large = ad_input(t, 33 * 33, 4, "large"), narrow = ad_input(t, 3, 2, "narrow");
@@ -260,10 +350,13 @@ static void test_refused(void **state)
         case 4:
             ad_inverse(five, AD_CHOLESKY);
             break;
+        case 5:
+            ad_product(a, narrow, 3);
+            break;
         default:
             ad_inverse(a, (enum ad_factors)2);
         }
-        assert_int_equal(ad_tape_error(t)->status, k == 5 ? AD_E_ARGUMENT : AD_E_SHAPE);
+        assert_int_equal(ad_tape_error(t)->status, k == 6 ? AD_E_ARGUMENT : AD_E_SHAPE);
     }
     ad_tape_free(t);
 }
@@ -274,6 +367,7 @@ int main(void)
         cmocka_unit_test(test_all_sides),      cmocka_unit_test(test_singular),
         cmocka_unit_test(test_held),           cmocka_unit_test(test_singular_constant),
         cmocka_unit_test(test_lower_triangle), cmocka_unit_test(test_shared_factor),
+        cmocka_unit_test(test_large),          cmocka_unit_test(test_large_inverse),
         cmocka_unit_test(test_refused),
     };
     return cmocka_run_group_tests_name("small systems", tests, NULL, NULL);
