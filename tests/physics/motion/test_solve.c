@@ -27,11 +27,28 @@ static void end(struct solved *s)
     phys_system_close(&s->system);
 }
 
+/* Between its steps a motion of dop853 is off by more than at their ends. */
+static void the_drift_is_that_of_the_samples_too(void **state)
+{
+    (void)state;
+    struct solved s = {0};
+    const struct phys_motion_settings settings = {
+        .size = sizeof settings, .time = 3, .integrator = phys_integrator_find("dop853", &s.error)};
+    solve(&s, "kepler", &settings);
+    assert_int_equal(s.error.status, AD_OK);
+    double most = 0;
+    for (size_t i = 0; i < s.motion.n; i++)
+        most = fmax(most, fabs(s.motion.energy[i] + 0.5) / 0.5);
+    assert_true(most > 1e-8);
+    assert_close(s.motion.info.energy_drift, most, 1e-6, 0);
+    end(&s);
+}
+
 /* A Kepler orbit, e = 0.6, a = GM = 1, from the pericentre, at mean anomaly 1. */
 static void an_error_asked_for_is_met(void **state)
 {
     (void)state;
-    struct solved s;
+    struct solved s = {0};
     const double at_1[] = {-0.628948176826624, 0.799664730970039};
     const struct phys_motion_settings settings = {
         .size = sizeof settings, .time = 1, .error = 1e-9, .n_samples = 4};
@@ -250,7 +267,7 @@ static void an_error_that_both_runs_share_is_seen_on_the_way_back(void **state)
 static void defaults_follow_the_scenes_start_or_a_given_one(void **state)
 {
     (void)state;
-    struct solved s;
+    struct solved s = {0};
     const double q = 0.3, v = -0.2;
     solve(&s, "spring",
           &(struct phys_motion_settings){
@@ -274,7 +291,7 @@ static void defaults_follow_the_scenes_start_or_a_given_one(void **state)
 static void what_is_out_of_reach_is_an_error(void **state)
 {
     (void)state;
-    struct solved s;
+    struct solved s = {0};
     solve(&s, "kepler",
           &(struct phys_motion_settings){
               .size = sizeof(struct phys_motion_settings), .time = 60, .error = 1e-15});
@@ -292,7 +309,7 @@ static bool ten_times(void *context) { return ++*(int *)context <= 10; }
 static void an_interruption_keeps_what_was_reached(void **state)
 {
     (void)state;
-    struct solved s;
+    struct solved s = {0};
     int asked = 0;
     struct ad_error none = {0};
     solve(&s, "kepler",
@@ -313,7 +330,7 @@ static void an_interruption_keeps_what_was_reached(void **state)
 static void diagnoses_name_what_is_wrong(void **state)
 {
     (void)state;
-    struct solved s;
+    struct solved s = {0};
     struct phys_motion_settings settings = {.size = sizeof settings, .time = 60, .dt = 0.8};
     struct ad_error none = {0};
     settings.integrator = phys_integrator_find("verlet", &none);
@@ -336,6 +353,7 @@ static void diagnoses_name_what_is_wrong(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_drift_is_that_of_the_samples_too),
         cmocka_unit_test(an_error_asked_for_is_met),
         cmocka_unit_test(conservation_is_looked_at_beside_the_motion),
         cmocka_unit_test(an_error_counts_the_rounding_of_the_start),
