@@ -1,5 +1,6 @@
 /* Finds the --set to blame by leaving out each in turn (set_fault.h). */
 #include "set_fault.h"
+#include "hnn/hnn.h"
 #include "physics/motion/solve.h"
 
 const struct phys_setting *set_fault(const struct common *common)
@@ -8,7 +9,7 @@ const struct phys_setting *set_fault(const struct common *common)
     for (size_t k = 0; k < common->set.n; k++) {
         struct phys_system other;
         struct ad_error error = {0};
-        phys_system_open(common->argument[0], &other, &error);
+        hnn_system_open(common->argument[0], &other, &error);
         for (size_t i = 0; i < common->set.n && error.status == AD_OK; i++)
             if (i != k)
                 phys_system_set(&other, common->set.setting[i].name, common->set.setting[i].value,

@@ -222,6 +222,18 @@ enum ad_status hnn_model_mass(const hnn_model *model, size_t n, const double *x,
    symplectic, with kick and drift if H separates. The model must outlive it. */
 enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_error *error);
 
+/* ---- a model as a scene ---- */
+
+/* phys_system_open, which also takes a model by its file, NAME.h5: L of a Lagrangian model, or the
+   L that goes with H of a symplectic one, p = L_v being its momenta. It starts in the middle of its
+   range of training (parameters NAME0 and v_NAME0); units are the data's. The L is NaN where H_p(q,
+   p) = v has no solution near the range. AD_E_INPUT for models without L or H: baselines, other
+   fields, learnt dissipation, relu, pixels; for over 32 coordinates. */
+enum ad_status hnn_system_open(const char *name, struct phys_system *system,
+                               struct ad_error *error);
+/* The model of such a system, which owns it; NULL: another scene. */
+hnn_model *hnn_system_model(const struct phys_system *system);
+
 /* ---- the autoencoder of a model of pixels (x above is its latent state) ---- */
 
 /* On a tape: states [2n x samples] from observations [samples x pixels], contiguous as frames are

@@ -2,6 +2,7 @@
 #include "apps/command.h"
 #include "apps/output/json.h"
 #include "apps/output/unit.h"
+#include "hnn/hnn.h"
 
 #include <stdio.h>
 
@@ -106,7 +107,7 @@ static enum ad_status list(bool as_json, struct ad_error *error)
 static enum ad_status details(const char *name, bool as_json, struct ad_error *error)
 {
     struct phys_system system;
-    if (phys_system_open(name, &system, error) != AD_OK) {
+    if (hnn_system_open(name, &system, error) != AD_OK) {
         phys_system_close(&system);
         return error->status;
     }

@@ -80,7 +80,7 @@ static enum ad_status setup(const struct fit_options *o, struct fit_run *run,
     if (o->hold_out >= 1)
         return ad_fail(error, AD_E_ARGUMENT, "--hold-out: expected less than 1, got %g",
                        o->hold_out);
-    if (phys_system_open(o->common.argument[0], &run->system, error) != AD_OK ||
+    if (hnn_system_open(o->common.argument[0], &run->system, error) != AD_OK ||
         phys_system_set_all(&run->system, o->common.set.n, o->common.set.setting, error) != AD_OK ||
         split("free", o->free, false, &run->free, error) != AD_OK ||
         split("columns", o->columns, true, &run->columns, error) != AD_OK)

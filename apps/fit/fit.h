@@ -5,6 +5,7 @@
 #include "apps/options.h"
 #include "apps/output/plot.h"
 #include "apps/output/report.h"
+#include "hnn/hnn.h"
 #include "physics/fit/fit.h"
 
 struct fit_options {

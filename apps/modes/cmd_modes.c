@@ -31,7 +31,7 @@ static enum ad_status setup(const struct modes_options *o, struct modes_run *run
                             struct ad_error *error)
 {
     *run = (struct modes_run){.options = o};
-    if (phys_system_open(o->common.argument[0], &run->system, error) != AD_OK ||
+    if (hnn_system_open(o->common.argument[0], &run->system, error) != AD_OK ||
         phys_system_set_all(&run->system, o->common.set.n, o->common.set.setting, error) != AD_OK)
         return error->status;
     const size_t dof = run->system.dof;

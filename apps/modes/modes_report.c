@@ -69,6 +69,19 @@ static void report_place(const struct modes_run *run, const double *q, struct re
     report_text(report, "place", "place", text);
 }
 
+/* At rest at the equilibria. */
+static void report_model(const struct modes_run *run, struct report *report)
+{
+    const size_t dof = run->system.dof, n = run->found.n;
+    double *x = calloc(2 * dof * n + 1, sizeof *x);
+    report->failed = report->failed || !x;
+    for (size_t k = 0; k < n && x; k++)
+        memcpy(x + 2 * k * dof, run->found.one[k].q, dof * sizeof *x);
+    if (x)
+        report_learnt(&run->system, n, NULL, x, report);
+    free(x);
+}
+
 void modes_report(const void *context, struct report *report)
 {
     const struct modes_run *run = context;
@@ -92,6 +105,7 @@ void modes_report(const void *context, struct report *report)
         report_text(report, "kind", "", phys_equilibrium_word(one->kind));
     }
     report_item(report, NULL);
+    report_model(run, report);
     report_modes(run, report);
     for (size_t k = 0; k < found->n; k++)
         if (found->one[k].family)

@@ -1,6 +1,7 @@
 /* Scans of parameters (scan.h). */
 #include "apps/interrupt.h"
 #include "autodiff/free.h"
+#include "hnn/hnn.h"
 #include "physics/io/grow.h"
 #include "report_rows.h"
 #include "scan_parts.h"
@@ -71,7 +72,7 @@ static enum ad_status check_axes(struct scan *scan, struct ad_error *error)
             scan->scene = scan->common->argument[k];
     if (!scan->scene)
         return ad_fail(error, AD_E_ARGUMENT, "--scan needs a scene");
-    if (phys_system_open(scan->scene, &system, error) == AD_OK)
+    if (hnn_system_open(scan->scene, &system, error) == AD_OK)
         for (size_t k = 0; k < scan->axes && error->status == AD_OK; k++) {
             struct axis_of_scan *a = &scan->axis[k];
             for (size_t i = 0; i < set->n; i++)

@@ -1,7 +1,7 @@
 /* leastaction check: checks a scene's Lagrangian for finite values, correct derivatives, and
    locality in time. */
 #include "apps/command.h"
-#include "apps/output/report.h"
+#include "apps/output/learnt.h"
 #include "physics/motion/checks.h"
 
 #include <stdio.h>
@@ -78,6 +78,7 @@ static void report_checks(struct report *report, const struct phys_system *syste
     add_failure(report, "energies", &c->energies);
     report_text(report, "kink", NULL, c->kink);
     report_number(report, "mass_condition", NULL, NULL, c->mass_condition);
+    report_learnt(system, 0, NULL, NULL, report);
     if (c->negative_most != SIZE_MAX)
         report_count(report, "mass_negative", NULL, c->negative_most);
 }
@@ -87,7 +88,7 @@ static int run(const void *values, struct ad_error *error)
     const struct options *options = values;
     struct phys_system system;
     struct phys_checks checks = {0};
-    if (phys_system_open(options->common.argument[0], &system, error) == AD_OK &&
+    if (hnn_system_open(options->common.argument[0], &system, error) == AD_OK &&
         phys_system_set_all(&system, options->common.set.n, options->common.set.setting, error) ==
             AD_OK &&
         phys_check_scene(&system, options->common.seed,

@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <stdlib.h>
 
 const char *path_stop_name(enum phys_stop stop)
 {
@@ -163,6 +164,30 @@ static void report_distances(const struct path_run *run, struct report *report)
                     "  discretisation error unknown: no path of a finer rule was found near");
 }
 
+/* By the middles of the slices. */
+static void report_model(const struct path_run *run, struct report *report)
+{
+    const struct phys_grid grid = phys_grid_of(&run->settings);
+    const size_t dof = run->system.dof, n = grid.slices - 1;
+    double *t = malloc(n * (1 + 2 * dof) * sizeof *t);
+    if (!t) {
+        report->failed = true;
+        return;
+    }
+    double *x = t + n;
+    for (size_t i = 0; i < n; i++) {
+        const double t0 = phys_grid_time(&grid, i), t1 = phys_grid_time(&grid, i + 1);
+        t[i] = (t0 + t1) / 2;
+        for (size_t k = 0; k < dof; k++) {
+            const double *q = run->path + k * grid.slices + i;
+            x[2 * i * dof + k] = (q[0] + q[1]) / 2;
+            x[2 * i * dof + dof + k] = (q[1] - q[0]) / (t1 - t0);
+        }
+    }
+    report_learnt(&run->system, n, t, x, report);
+    free(t);
+}
+
 void path_report(const void *context, struct report *report)
 {
     const struct path_run *run = context;
@@ -174,6 +199,8 @@ void path_report(const void *context, struct report *report)
     path_report_ends(run, report);
     path_report_kind(run, report);
     report_distances(run, report);
+    if (hnn_system_model(&run->system))
+        report_model(run, report);
     report_energy(run, report);
     path_report_solutions(run, report);
 }

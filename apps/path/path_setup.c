@@ -148,7 +148,7 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
 {
     double *observed = NULL;
     *run = (struct path_run){.options = options};
-    if (phys_system_open(options->common.argument[0], &run->system, error) != AD_OK ||
+    if (hnn_system_open(options->common.argument[0], &run->system, error) != AD_OK ||
         choose_preset(options, run, error) != AD_OK ||
         set_parameters(options, run, error) != AD_OK || path_continuation(run, error) != AD_OK)
         return error->status;

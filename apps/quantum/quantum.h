@@ -8,6 +8,7 @@
 #include "apps/output/outputs.h"
 #include "apps/output/progress.h"
 #include "apps/output/report.h"
+#include "hnn/hnn.h"
 #include "quantum/run.h"
 
 struct quantum_options {

@@ -59,7 +59,7 @@ static enum ad_status open_scene(const struct preset *preset, struct quantum_run
 {
     const struct quantum_options *options = run->options;
     const char *name = preset->scene ? preset->scene : run->name;
-    if (phys_system_open(name, &run->system, error) != AD_OK)
+    if (hnn_system_open(name, &run->system, error) != AD_OK)
         return mention_presets(name, error);
     for (size_t k = 0; k < 2 && preset->set[k].name; k++)
         phys_system_set(&run->system, preset->set[k].name, preset->set[k].value, error);

@@ -88,7 +88,7 @@ static enum ad_status setup(const struct simulate_options *o, struct simulate_ru
 {
     *run = (struct simulate_run){.options = o};
     if (check(o, error) != AD_OK ||
-        phys_system_open(o->common.argument[0], &run->system, error) != AD_OK ||
+        hnn_system_open(o->common.argument[0], &run->system, error) != AD_OK ||
         phys_system_set_all(&run->system, o->common.set.n, o->common.set.setting, error) != AD_OK)
         return error->status;
     const struct phys_scene *scene = run->system.scene;

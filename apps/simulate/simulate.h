@@ -5,6 +5,7 @@
 #define APPS_SIMULATE_SIMULATE_H
 
 #include "apps/options.h"
+#include "apps/output/learnt.h"
 #include "apps/output/plot.h"
 #include "apps/output/report.h"
 #include "physics/ephemeris/models.h"

@@ -296,6 +296,7 @@ void simulate_report(const void *context, struct report *report)
     report_run(run, report);
     report_energy(run, report);
     report_error(run, estimate, report);
+    report_learnt(&run->system, run->motion.n, run->motion.t, run->motion.x, report);
     report_closest(run, &run->motion.closest, report);
     report_crossings(run, report);
     simulate_section_report(run, report);

@@ -134,7 +134,7 @@ static ad_var quadratic(size_t n, ad_var triangle, ad_var u)
 }
 
 /* E (sum (v/scale)^2/2 + network): of v and not of v - centre, so that its own motion is free. */
-static ad_var lagrangian(const hnn_model *model, ad_var parameters, ad_var x)
+ad_var hnn_record_L(const hnn_model *model, ad_var parameters, ad_var x)
 {
     size_t n = model->settings.dof;
     const double *scale = model->scaling.scale;
@@ -153,7 +153,7 @@ ad_var hnn_record_lagrangian(const hnn_model *model, ad_var parameters, ad_var x
                              struct hnn_record *r)
 {
     size_t n = model->settings.dof;
-    ad_var v = ad_slice_rows(x, n, n), L = lagrangian(model, parameters, x), by = gradient(L, x);
+    ad_var v = ad_slice_rows(x, n, n), L = hnn_record_L(model, parameters, x), by = gradient(L, x);
     ad_var p = ad_slice_rows(by, n, n), mass[HNN_LAGRANGIAN_MOST], along[HNN_LAGRANGIAN_MOST];
     for (size_t k = 0; k < n; k++) {
         ad_var row = gradient(ad_row(p, k), x);

@@ -97,6 +97,8 @@ enum ad_status hnn_model_blank(const struct hnn_settings *settings, hnn_model **
 enum ad_status hnn_model_make_room(hnn_model *model, struct ad_error *error);
 /* The matrix or column of block k, a view of the flat parameters (field.c). */
 ad_var hnn_record_block(const hnn_model *model, ad_var parameters, size_t k);
+/* L [1 x samples] of a Lagrangian model (field.c). */
+ad_var hnn_record_L(const hnn_model *model, ad_var parameters, ad_var x);
 /* Of a Lagrangian model: *r, and its L_vv [n*n x samples], row i*n + j element (i, j) (field.c). */
 ad_var hnn_record_lagrangian(const hnn_model *model, ad_var parameters, ad_var x,
                              struct hnn_record *r);

@@ -29,8 +29,10 @@ static bool is_file(const char *name)
 static enum ad_status find_scene(const char *name, struct phys_system *system,
                                  struct ad_error *error)
 {
-    if (is_file(name))
+    if (is_file(name)) {
+        system->close = phys_library_close;
         return phys_library_open(name, &system->library, &system->scene, error);
+    }
     const char *names[PHYS_SCENES_MOST];
     size_t n = 0;
     for (; phys_scenes[n]; n++)
@@ -80,7 +82,8 @@ void phys_system_close(struct phys_system *system)
     if (!system)
         return;
     free(system->params);
-    phys_library_close(system->library);
+    if (system->close)
+        system->close(system->library);
     *system = (struct phys_system){0};
 }
 

@@ -137,8 +137,9 @@ struct phys_system {
     const struct phys_scene *scene;
     size_t dof, bodies, dims; /* dof = bodies * dims */
     void *params;             /* owned; scene->params_bytes */
-    void *library;            /* shared object of a scene from outside, or NULL */
-    void *reserved[2];        /* NULL: room for what later releases add */
+    void *library; /* what a scene from outside needs, such as a shared object, or NULL */
+    void (*close)(void *library); /* ends it; NULL: nothing does */
+    void *reserved[1];            /* NULL: room for what later releases add */
 };
 
 /* Opens a scene by name, or by the path of a shared object (anything with a slash or ending in

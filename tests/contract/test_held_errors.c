@@ -153,6 +153,7 @@ static void touched(int signal)
     X(hnn_model_note, hnn_model_note(P, P, P, e))                                                  \
     X(hnn_model_evaluate, hnn_model_evaluate(P, 1, P, P, P, e))                                    \
     X(hnn_model_ode, hnn_model_ode(P, O, e))                                                       \
+    X(hnn_system_open, hnn_system_open(P, O, e))                                                   \
     X(hnn_model_mass, hnn_model_mass(P, 1, P, O, e))                                               \
     X(hnn_path_mass, hnn_path_mass(P, P, O, e))                                                    \
     X(hnn_model_encode, hnn_model_encode(P, 1, P, P, e))                                           \
