@@ -320,6 +320,8 @@ struct hnn_training {
     ad_var (*loss)(void *context, const hnn_model *model, ad_var parameters, ad_var x,
                    ad_var target);
     void *loss_context;
+    double clip; /* a gradient of a larger Euclidean norm is scaled to this one, before weight
+                    decay; 0: never; not for lbfgs */
 };
 /* As published: adam, constant, 2000 steps, full batch, rate 1e-3, weight decay 1e-4; except for
    the average over the last tenth of the steps, where published models have their last weights. */

@@ -23,8 +23,8 @@ struct train_options {
     double test_fraction;
     const char *optimiser, *schedule, *batch;
     size_t steps, rollout, every, patience;
-    double learning_rate, weight_decay, momentum, average, dt;
-    const char *log;
+    double learning_rate, weight_decay, momentum, average, dt, clip;
+    const char *log, *from;
     bool resume;
     double checkpoint; /* seconds between checkpoints */
 };
@@ -70,6 +70,8 @@ enum ad_status train_publish(const struct train_run *run, bool last, struct ad_e
 /* Before anything is computed: whether --out, --log and --plot can be written. */
 enum ad_status train_check_outputs(const struct train_options *options, struct ad_error *error);
 
+/* Its kind, as --model names it. */
+const char *train_model_name(const struct train_run *run);
 /* The loss of a field that is 0 everywhere; NaN for pixels. */
 double train_loss_of_zero(const struct train_run *run);
 void train_report(const struct train_run *run, struct report *report);

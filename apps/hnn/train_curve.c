@@ -62,7 +62,7 @@ static void draw(const struct train_run *run, struct plot *plot)
     layout.found = found.text;
     layout.expression = "sprintf('train %s', what)";
     fputs("what = ", plot->script);
-    quote_gnuplot_label(plot->script, run->options->model);
+    quote_gnuplot_label(plot->script, train_model_name(run));
     fputc('\n', plot->script);
     figure_begin(&figure, plot, &layout);
     figure_panel(&figure, &(struct panel){.x = "step",

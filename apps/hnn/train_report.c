@@ -141,12 +141,12 @@ static void report_motion(const struct hnn_film_motion *m, struct report *report
 void train_report(const struct train_run *run, struct report *report)
 {
     hnn_trainer *trainer = run->trainer;
-    report_line(report, "%s: %zu parameters, %zu step%s in %.3g s", run->options->model,
+    report_line(report, "%s: %zu parameters, %zu step%s in %.3g s", train_model_name(run),
                 hnn_model_size(run->model), hnn_trainer_step(trainer),
                 hnn_trainer_step(trainer) == 1 ? "" : "s", hnn_trainer_seconds(trainer));
     if (hnn_trainer_steps_now(trainer))
         report_line(report, "  a step in %.3g ms", ms_per_step(run));
-    report_text(report, "model", NULL, run->options->model);
+    report_text(report, "model", NULL, train_model_name(run));
     if (!run->pixels)
         report_columns(run, report);
     report_loss(run, report);

@@ -114,12 +114,59 @@ static enum ad_status note_all(const struct train_run *run, struct ad_error *err
     return error->status;
 }
 
+/* Names of the model's components at other places in the data: their columns are exchanged. */
+static enum ad_status check_order(const struct train_run *run, struct ad_error *error)
+{
+    const struct phys_separator comma = {.text = ','};
+    const char *old = hnn_model_noted(run->model, "state"), *now = run->data.state_names;
+    char **a = NULL, **b = NULL;
+    size_t n_a = 0, n_b = 0;
+    if (!old)
+        return AD_OK;
+    if (!phys_fields_split(old, old + strlen(old), comma, &a, &n_a) ||
+        !phys_fields_split(now, now + strlen(now), comma, &b, &n_b))
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t i = 0; i < n_a && error->status == AD_OK; i++)
+        for (size_t k = 0; k < n_b; k++)
+            if (i != k && a[i] && b[k] && strcmp(a[i], b[k]) == 0 &&
+                (i >= n_b || !b[i] || strcmp(a[i], b[i]) != 0))
+                ad_fail(error, AD_E_ARGUMENT, "--from %s: learnt from %s, got %s; try --state %s",
+                        run->options->from, old, now, old);
+    phys_fields_free(a, n_a);
+    phys_fields_free(b, n_b);
+    return error->status;
+}
+
+static enum ad_status load_model(struct train_run *run, struct ad_error *error)
+{
+    const char *file = run->options->from;
+    if (hnn_model_load(file, &run->model, error) != AD_OK)
+        return error->status;
+    const struct hnn_settings *s = hnn_model_settings(run->model);
+    if (s->pixels)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--from %s: learnt from pixels; expected a model of states", file);
+    if (s->dof != run->data.dof)
+        return ad_fail(error, AD_E_ARGUMENT, "--from %s: expected data of %zu coordinates, got %zu",
+                       file, s->dof, run->data.dof);
+    return check_order(run, error);
+}
+
+const char *train_model_name(const struct train_run *run)
+{
+    return run->options->from ? hnn_kinds[hnn_model_settings(run->model)->kind]
+                              : run->options->model;
+}
+
 static enum ad_status make_model(struct train_run *run, struct ad_error *error)
 {
     const struct train_options *o = run->options;
     struct hnn_settings settings;
-    if (model_settings(run, &settings, error) != AD_OK ||
-        hnn_model_new(&settings, &run->model, error) != AD_OK)
+    if (o->from)
+        load_model(run, error);
+    else if (model_settings(run, &settings, error) == AD_OK)
+        hnn_model_new(&settings, &run->model, error);
+    if (error->status != AD_OK)
         return error->status;
     if (o->normalise && hnn_dataset_normalise(&run->data, run->model, error) != AD_OK)
         return error->status;
@@ -187,6 +234,7 @@ static enum ad_status training_settings(struct train_run *run, struct ad_error *
     s->weight_decay = option_number_or(o->weight_decay, s->weight_decay);
     s->average = option_number_or(o->average, s->average);
     s->momentum = o->momentum;
+    s->clip = option_number_or(o->clip, 0);
     s->rollout = o->rollout;
     s->dt = run->data.dt;
     s->patience = option_count_or(o->patience, 0);
@@ -205,12 +253,17 @@ static enum ad_status refuse_unused(const struct train_run *run, struct ad_error
     const struct train_options *o = run->options;
     bool differences = run->data.rate_names && !*run->data.rate_names && !o->rollout;
     const struct unused rows[] = {
-        {!strstr(o->model, "hnn"), "field", "is of models with an H, not of a baseline or lnn"},
+        {o->from,
+         "model field activation angles start hidden layers precision separable dissipation "
+         "quadratic normalise",
+         "is of a new network; --from has its own"},
+        {!o->from && !strstr(o->model, "hnn"), "field",
+         "is of models with an H, not of a baseline or lnn"},
         {isnan(o->test_fraction) && !run->pixels, "split", "needs --test-fraction"},
         {!o->rollout, "dt", "needs --rollout"},
         {!differences, "differences", "is for rates by differences; here are others"},
         {strcmp(o->optimiser, "sgd") != 0, "momentum", "needs --optimiser sgd"},
-        {strcmp(o->optimiser, "lbfgs") == 0, "lr schedule average",
+        {strcmp(o->optimiser, "lbfgs") == 0, "lr schedule average clip",
          "is not for lbfgs, which chooses its steps"},
     };
     return options_unused(&o->common, sizeof rows / sizeof *rows, rows, error);

@@ -2,6 +2,7 @@
 #include "internal.h"
 #include "autodiff/sized.h"
 
+#include <math.h>
 #include <string.h>
 
 const char *const hnn_kinds[] = {"baseline", "hnn", "lnn", NULL};
@@ -9,11 +10,27 @@ const char *const hnn_field_types[] = {"symplectic", "conservative", "both", NUL
 const char *const hnn_starts[] = {"orthogonal", "xavier", "he", NULL};
 const char *const hnn_precisions[] = {"f32", "f64", NULL};
 
+/* D. Hendrycks, K. Gimpel, arXiv 1606.08415: by tanh, as approximate='tanh' of PyTorch. */
+static ad_var gelu(ad_var x)
+{
+    ad_var u = ad_mul(sqrt(2 / M_PI), ad_add(x, ad_mul(0.044715, ad_cube(x))));
+    return ad_mul(ad_mul(0.5, x), ad_add(1, ad_tanh(u)));
+}
+
+static ad_var elu(ad_var x) { return ad_select(ad_gt(x, 0), x, ad_expm1(x)); }
+
 static ad_var swish(ad_var x) { return ad_mul(x, ad_sigmoid(x)); }
 
 const struct hnn_activation hnn_activations[] = {
-    {"tanh", ad_tanh}, {"relu", ad_relu}, {"sigmoid", ad_sigmoid}, {"softplus", ad_softplus},
-    {"sine", ad_sin},  {"swish", swish},  {"silu", swish}, /* another name of it */
+    {"tanh", ad_tanh},
+    {"relu", ad_relu},
+    {"sigmoid", ad_sigmoid},
+    {"softplus", ad_softplus},
+    {"sine", ad_sin},
+    {"swish", swish},
+    {"silu", swish}, /* another name of it */
+    {"gelu", gelu},
+    {"elu", elu},
     {NULL, NULL},
 };
 

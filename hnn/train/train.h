@@ -90,6 +90,7 @@ struct hnn_problem {
     enum ad_type type;
     size_t n; /* parameters */
     size_t batch;
+    double clip; /* of hnn_training */
     const struct hnn_data *data;
     uint32_t *drawn; /* [batch] samples of the batch, set before an evaluation; NULL: all of them */
     ad_tape *tape;
@@ -107,7 +108,7 @@ const void *hnn_problem_gradient(const struct hnn_problem *problem);
 /* The sample of the last evaluation that has no accelerations, its L_vv being singular; data->n:
  * none. */
 size_t hnn_problem_singular(const struct hnn_problem *problem);
-/* Runs the program; returns the loss. */
+/* Runs the program; returns the loss. The gradient is clipped. */
 double hnn_problem_evaluate(const struct hnn_problem *problem);
 /* The same on one thread; returns the seconds spent in matrix products. */
 double hnn_problem_products(const struct hnn_problem *problem);

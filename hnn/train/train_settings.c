@@ -66,6 +66,13 @@ enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_train
     if (!(s->weight_decay >= 0) || !isfinite(s->weight_decay))
         return ad_fail(error, AD_E_ARGUMENT,
                        "weight decay: expected at least 0, such as 1e-4, got %g", s->weight_decay);
+    if (!(s->clip >= 0) || !isfinite(s->clip))
+        return ad_fail(error, AD_E_ARGUMENT, "norm of gradients: expected 0 or more, got %g",
+                       s->clip);
+    if (s->clip > 0 && s->optimiser == &hnn_lbfgs)
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "lbfgs searches along its directions; expected gradients that are not clipped");
     if (!(s->momentum >= 0 && s->momentum < 1))
         return ad_fail(error, AD_E_ARGUMENT, "momentum: expected 0 or more, less than 1, got %g",
                        s->momentum);

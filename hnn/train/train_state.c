@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TEXT_ROOM = 440, HASH_ROOM = 40 };
+enum { TEXT_ROOM = 480, HASH_ROOM = 40 };
 
 static const char folder[] = "training";
 
@@ -24,6 +24,8 @@ static void settings_text(const hnn_trainer *t, char text[TEXT_ROOM])
         s->optimiser->name, s->schedule->name, s->batch, s->learning_rate, s->weight_decay,
         s->momentum, s->average, s->rollout, s->rollout ? s->dt : 0.0, s->every, s->patience,
         s->seed, s->loss ? " loss=own" : "");
+    if (s->clip > 0)
+        snprintf(text + strlen(text), TEXT_ROOM - strlen(text), " clip=%.17g", s->clip);
 }
 
 static void data_text(const hnn_trainer *t, char text[HASH_ROOM])

@@ -3,6 +3,7 @@
 #include "train.h"
 #include "autodiff/singular.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 static void record(struct hnn_problem *p, const hnn_model *model,
@@ -28,8 +29,11 @@ enum ad_status hnn_problem_new(struct hnn_problem *p, const hnn_model *model,
                                struct ad_error *error)
 {
     size_t batch = training->batch ? training->batch : data->n;
-    *p = (struct hnn_problem){
-        .type = model->settings.precision, .n = model->size, .batch = batch, .data = data};
+    *p = (struct hnn_problem){.type = model->settings.precision,
+                              .n = model->size,
+                              .batch = batch,
+                              .clip = training->clip,
+                              .data = data};
     p->tape = ad_tape_new(p->type);
     if (training->batch)
         p->drawn = malloc(batch * sizeof *p->drawn);
@@ -60,6 +64,23 @@ const void *hnn_problem_gradient(const struct hnn_problem *p)
     return ad_data(p->program, p->gradient);
 }
 
+/* A norm that is not finite stays, for the error that names the step. */
+static void clip(const struct hnn_problem *p)
+{
+    double *g64 = ad_data(p->program, p->gradient), square = 0;
+    float *g32 = ad_data(p->program, p->gradient);
+    for (size_t k = 0; k < p->n; k++)
+        square += p->type == AD_F32 ? (double)g32[k] * (double)g32[k] : g64[k] * g64[k];
+    const double factor = p->clip / sqrt(square);
+    if (!(factor < 1) || !isfinite(square))
+        return;
+    for (size_t k = 0; k < p->n; k++)
+        if (p->type == AD_F32)
+            g32[k] = (float)(factor * (double)g32[k]);
+        else
+            g64[k] *= factor;
+}
+
 double hnn_problem_evaluate(const struct hnn_problem *p)
 {
     double loss;
@@ -67,6 +88,8 @@ double hnn_problem_evaluate(const struct hnn_problem *p)
         copy_samples(p);
     ad_run(p->program);
     ad_get(p->program, p->loss, &loss);
+    if (p->clip > 0)
+        clip(p);
     return loss;
 }
 

@@ -270,10 +270,40 @@ static void test_resume_refusals(void **state)
     assert_mentions(shell_err(), "less.csv HDF5");
 }
 
+/* --from: the weights and normalisation of the other model; its states in their order. */
+static void test_from(void **state)
+{
+    (void)state;
+    shell_works("$LA train pendulum.csv " SMALL "--steps 300 --normalise --json --out a.h5");
+    double loss = shell_number("train_loss");
+    shell_works("$LA train pendulum.csv --test-fraction 0.2 --split random --steps 1 --lr 1e-12 "
+                "--from a.h5 --json --out b.h5");
+    assert_close(shell_number("train_loss"), loss, 1e-5, 0);
+    shell_works("$LA train pendulum.csv --test-fraction 0.2 --split random --steps 200 --lr 1e-3 "
+                "--clip 1 --schedule onecycle --from a.h5 --json --out b.h5");
+    assert_true(shell_number("train_loss") < 0.9 * loss);
+    assert_mentions(shell_last_line(), "\"model\": \"hnn\"");
+    static const char *const wrong[][2] = {
+        {"--from a.h5 --hidden 16", "--hidden --from"},
+        {"--from a.h5 --normalise", "--normalise --from"},
+        {"--from a.h5 --model lnn", "--model --from"},
+        {"--from a.h5 --state p,q --rate dpdt,dqdt", "--from a.h5 q,p p,q"},
+        {"--from pendulum.csv", "pendulum.csv"},
+        {"--from none.h5", "none.h5"},
+        {"--clip 1 --optimiser lbfgs", "--clip lbfgs"},
+        {"--clip 0", "--clip"}};
+    for (size_t k = 0; k < LENGTH(wrong); k++) {
+        assert_int_equal(shell("$LA train pendulum.csv --steps 1 --out c.h5 %s", wrong[k][0]), 2);
+        assert_mentions(shell_err(), wrong[k][1]);
+    }
+    assert_int_equal(shell("$LA train pendulum.csv --steps 1 --from a.h5 --out a.h5"), 2);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(test_json_and_files, setup),
+        cmocka_unit_test_setup(test_from, setup),
         cmocka_unit_test_setup(test_resume, setup),
         cmocka_unit_test_setup(test_killed, setup),
         cmocka_unit_test_setup(test_pixels, setup),
