@@ -21,6 +21,11 @@ void phys_motion_free(phys_motion *motion); /* takes NULL */
    the coordinate. */
 enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, const double *v,
                                         double t, double *a, struct ad_error *error);
+/* Records them: q and v [dof x n], t [1 x n] or a scalar; column k of the result [dof x n] is of
+   state k. One program for many states of up to 32 coordinates, or one state of more; parameters
+   may be variables (phys_system_lagrangian_of). The tape has the errors; a state of singular M
+   those of ad_solve. */
+ad_var phys_record_accelerations(const struct phys_system *system, ad_var q, ad_var v, ad_var t);
 
 /* Columns 0 and 1 of path [dof x slices] from q and v [dof] at t = 0. Column 1 is q + v dt as
    published (`euler`), or the motion at dt. */

@@ -15,14 +15,63 @@ static void motion_of(const struct phys_system *system, phys_motion **motion)
     assert_no_error(&error);
 }
 
+enum { STATES = 3, MOST_DOF = 64 };
+
+/* Of several states at once, as one program, into column after column of a; there velocities depend
+   on q, as recorded. */
+static void accelerations(const struct phys_system *system, size_t states, const double *q,
+                          const double *v, double t, double *a)
+{
+    const size_t n = system->dof;
+    double all[3][MOST_DOF * STATES];
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, n, states, "q"), w = ad_input(tape, n, states, "v less q");
+    ad_var at = ad_input(tape, 1, states, "t");
+    ad_var y = phys_record_accelerations(system, x, ad_add(w, x), at);
+    ad_program *p;
+    assert_in_range(n, 1, MOST_DOF);
+    for (size_t i = 0; i < n * states; i++) {
+        all[0][i] = q[i % states * n + i / states];
+        all[1][i] = v[i % states * n + i / states] - all[0][i];
+    }
+    for (size_t k = 0; k < states; k++)
+        all[2][k] = t;
+    if (ad_compile(tape, 1, &y, &p) != AD_OK)
+        fail_msg("%s", ad_tape_error(tape)->message);
+    ad_set(p, x, all[0]);
+    ad_set(p, w, all[1]);
+    ad_set(p, at, all[2]);
+    ad_run(p);
+    ad_get(p, y, all[0]);
+    for (size_t i = 0; i < n * states; i++)
+        a[i % states * n + i / states] = all[0][i];
+    ad_program_free(p);
+    ad_tape_free(tape);
+}
+
 static void acceleration(const struct phys_system *system, const double *q, const double *v,
                          double t, double *a)
 {
+    const size_t n = system->dof, states = n > 32 ? 1 : STATES;
+    double all_q[MOST_DOF * STATES], all_v[MOST_DOF * STATES], same[MOST_DOF * STATES];
     phys_motion *motion;
     struct ad_error error = {0};
     motion_of(system, &motion);
-    phys_motion_acceleration(motion, q, v, t, a, &error);
-    assert_no_error(&error);
+    for (size_t i = 0; i < n * states; i++) { /* the last state is the one asked for */
+        const double near = 1 - 0.01 * (double)(states - 1 - i / n);
+        all_q[i] = q[i % n] * near;
+        all_v[i] = v[i % n] * near;
+    }
+    accelerations(system, states, all_q, all_v, t, same);
+    for (size_t k = 0; k < states; k++) {
+        double largest = 0;
+        phys_motion_acceleration(motion, all_q + k * n, all_v + k * n, t, a, &error);
+        assert_no_error(&error);
+        for (size_t i = 0; i < n; i++)
+            largest = fmax(largest, fabs(a[i]));
+        for (size_t i = 0; i < n; i++)
+            assert_close(same[k * n + i], a[i], 0, 1e-12 * largest);
+    }
     phys_motion_free(motion);
 }
 
