@@ -28,6 +28,29 @@ struct structure {
     enum nature nature;
 };
 
+/* Shape of the second argument; 0 x 0: none. */
+static inline struct matrix structure_second(const struct structure *s, size_t rows, size_t cols)
+{
+    switch (s->second) {
+    case SAME:
+        return (struct matrix){rows, cols, NULL};
+    case ONE_ROW:
+        return (struct matrix){1, cols, NULL};
+    case ONE_COL:
+        return (struct matrix){rows, 1, NULL};
+    case COLS_BY_4:
+        return (struct matrix){cols, 4, NULL};
+    case FOUR_BY_COLS:
+        return (struct matrix){4, cols, NULL};
+    case ROWS_BY_4:
+        return (struct matrix){rows, 4, NULL};
+    case FOUR_BY_ROWS:
+        return (struct matrix){4, rows, NULL};
+    default:
+        return (struct matrix){0, 0, NULL};
+    }
+}
+
 extern const struct structure structure_cases[], reduction_cases[], system_cases[], custom_cases[];
 extern const size_t structure_n_cases, reduction_n_cases, system_n_cases, custom_n_cases;
 

@@ -26,6 +26,8 @@ double derivative(function *f, int order, double x);
 /* a ~ b to rounding, where b may be infinite or NaN. */
 void assert_same(double a, double b, const char *what);
 
+static inline size_t size_of(ad_var x) { return ad_rows(x) * ad_cols(x); }
+
 /* Sum of y's elements times fixed irregular weights: a scalar in which every element counts. */
 ad_var weighted_sum(ad_var y);
 

@@ -9,28 +9,6 @@
 static const size_t sizes[][2] = {{1, 1}, {1, 2}, {3, 7}, {7, 1}, {5, 131}, {130, 5}, {3, 1000}};
 enum { N_SIZES = sizeof sizes / sizeof sizes[0] };
 
-static struct matrix second_argument(const struct structure *s, size_t rows, size_t cols)
-{
-    switch (s->second) {
-    case SAME:
-        return (struct matrix){rows, cols, NULL};
-    case ONE_ROW:
-        return (struct matrix){1, cols, NULL};
-    case ONE_COL:
-        return (struct matrix){rows, 1, NULL};
-    case COLS_BY_4:
-        return (struct matrix){cols, 4, NULL};
-    case FOUR_BY_COLS:
-        return (struct matrix){4, cols, NULL};
-    case ROWS_BY_4:
-        return (struct matrix){rows, 4, NULL};
-    case FOUR_BY_ROWS:
-        return (struct matrix){4, rows, NULL};
-    default:
-        return (struct matrix){0, 0, NULL};
-    }
-}
-
 /* One case at one size: matrices of random values, and inputs for them on a tape. */
 struct trial {
     const struct structure *s;
@@ -64,7 +42,7 @@ static struct trial begin(const struct structure *s, size_t number, size_t size,
     size_t rows = sizes[size][0], cols = sizes[size][1];
     struct trial t = {.s = s, .n = s->second == NONE ? 1 : 2, .tape = ad_tape_new(type)};
     t.m[0] = (struct matrix){rows, cols, NULL};
-    t.m[1] = second_argument(s, rows, cols);
+    t.m[1] = structure_second(s, rows, cols);
     for (size_t k = 0; k < t.n; k++) {
         size_t n = t.m[k].rows * t.m[k].cols;
         t.at[k] = t.m[k].v =

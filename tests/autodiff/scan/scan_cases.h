@@ -47,7 +47,6 @@ struct ad_body scan_body(const struct scan_case *c, ad_tape *tape, struct scan_v
 void scan_set_all(ad_program *p, const struct scan_made *m, uint64_t seed);
 /* Values of x and of y in two programs, of like recordings. */
 void scan_assert_like(ad_program *p, ad_var x, ad_program *q, ad_var y);
-static inline size_t size_of(ad_var x) { return ad_rows(x) * ad_cols(x); }
 
 /* y, its gradient, and gradients of weighted sums of the gradient before, up to `order`: one value
    after the other in *n doubles that the caller frees. threads 0: machine code. */
