@@ -23,6 +23,19 @@ static void view(const ad_tape *tape, const struct node *n, R *y, R *x, const st
                   backward);
 }
 
+/* Forward, of all, of rows or of columns; added in double. */
+static void sum(const struct node *n, const struct node *in, R *y, const R *x)
+{
+    const size_t sums = node_size(n), terms = node_size(in) / sums;
+    const size_t step = n->op == AD_OP_sum_rows ? in->cols : 1, next = step > 1 ? 1 : terms;
+    for (size_t k = 0; k < sums; k++) {
+        double s = 0;
+        for (size_t j = 0; j < terms; j++)
+            s += (double)x[k * next + j * step];
+        y[k] = (R)s;
+    }
+}
+
 /* x [rows x cols] added into y: element (r, c) at row_of(r) * rs + col_of(c) * cs. */
 static void sum_into(const ad_tape *tape, const struct node *n, const struct node *in, R *y, R *x,
                      bool backward)
@@ -142,11 +155,16 @@ static void structure(const ad_tape *tape, struct ad_direct *d, uint32_t id, boo
     case AD_OP_gather_cols:
         view(tape, n, y, x, &at, backward);
         break;
-    case AD_OP_scatter:
-    case AD_OP_scatter_cols:
     case AD_OP_sum:
     case AD_OP_sum_rows:
     case AD_OP_sum_cols:
+        if (!backward) {
+            sum(n, in, y, x);
+            break;
+        }
+        /* fallthrough */
+    case AD_OP_scatter:
+    case AD_OP_scatter_cols:
         sum_into(tape, n, in, y, x, backward);
         break;
     case AD_OP_cumsum:

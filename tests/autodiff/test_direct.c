@@ -311,6 +311,27 @@ static void test_inputs_behind(void **state)
     ad_tape_free(t);
 }
 
+/* Long sums keep the digits of f32. */
+static void test_sums_in_f32(void **state)
+{
+    (void)state;
+    enum { TERMS = 100000 };
+    static ad_var (*const over[])(ad_var) = {ad_sum, ad_sum_cols, ad_sum_rows};
+    double *at = malloc(TERMS * sizeof *at), value;
+    const double *const in[] = {at};
+    assert_non_null(at);
+    for (size_t i = 0; i < TERMS; i++)
+        at[i] = 0.1;
+    for (size_t k = 0; k < sizeof over / sizeof *over; k++) {
+        ad_tape *t = ad_tape_new(AD_F32);
+        ad_var x = ad_input(t, k == 2 ? TERMS : 1, k == 2 ? 1 : TERMS, "x");
+        assert_int_equal(ad_evaluate(1, &x, in, over[k](x), &value, NULL), AD_OK);
+        assert_close(value, 0.1 * TERMS, 1e-7, 0);
+        ad_tape_free(t);
+    }
+    free(at);
+}
+
 static void test_refused(void **state)
 {
     (void)state;
@@ -342,11 +363,17 @@ static void test_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_inputs_behind),    cmocka_unit_test(test_random_programs),
-        cmocka_unit_test(test_every_operation),  cmocka_unit_test(test_long_chain),
-        cmocka_unit_test(test_recorded_further), cmocka_unit_test(test_zeros_behind_branches),
-        cmocka_unit_test(test_refused),          cmocka_unit_test(test_numbers),
-        cmocka_unit_test(test_many_blocks),      cmocka_unit_test(test_scalars_recorded_further),
+        cmocka_unit_test(test_inputs_behind),
+        cmocka_unit_test(test_random_programs),
+        cmocka_unit_test(test_every_operation),
+        cmocka_unit_test(test_long_chain),
+        cmocka_unit_test(test_recorded_further),
+        cmocka_unit_test(test_zeros_behind_branches),
+        cmocka_unit_test(test_sums_in_f32),
+        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_many_blocks),
+        cmocka_unit_test(test_scalars_recorded_further),
     };
     return cmocka_run_group_tests_name("direct evaluation", tests, NULL, NULL);
 }
