@@ -101,8 +101,11 @@ static void report_error(const struct simulate_run *run, double estimate, struct
     report_number(report, "error_end", "error at the end", scene->unit, m->error_end);
     report_number(report, "reference_uncertainty", "reference known to", scene->unit,
                   m->reference_uncertainty);
-    report_number(report, "reference_reversal", "  run back, from the start", scene->unit,
+    report_number(report, "reference_reversal",
+                  isnan(m->reference_forward) ? "  run back, from the start" : NULL, scene->unit,
                   m->reference_reversal);
+    report_number(report, "reference_forward", "  from one by dop853", scene->unit,
+                  m->reference_forward);
     report_number(report, "reference_horizon", "  and until t =", scene->time_unit, m->known_until);
     report_number(report, "reference_resolution", "  sees no force shorter than", scene->time_unit,
                   m->seen);

@@ -152,13 +152,15 @@ enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const do
 /* A motion followed twice by extrapolation, which is no phys_integrator, at a tolerance of 1e-15:
    the second time by other steps, which round differently. Where the two part the motion is not
    known: it is chaotic, or there is a force that acts for a shorter time than steps see. From there
-   it is followed back: what it misses at the start is what both runs may have in common. */
+   it is followed back: what it misses at the start is what both runs may have in common. Where
+   forces dissipate and the way back loses the motion, a run by dop853 shows that instead. */
 struct phys_reference {
     size_t n, dof;
     double *x; /* [n][2 dof]: q and v at the times */
     /* [2 n] distances from the second run, and rounding: of the coordinates, then of velocities. */
     double *uncertainty;
     double reversal; /* distance from the start after the run back; NaN: there is no way back */
+    double forward;  /* largest distance from the run by dop853; NaN: there is none */
     double
         horizon; /* first time an uncertainty exceeds `lost` sizes of the motion; INFINITY: none */
     double seen; /* longest time between two looks at the forces */

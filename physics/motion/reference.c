@@ -1,11 +1,13 @@
 /* The reference motion, accurate to double precision (motion.h): two runs, whose distance shows how
    rounding grows, that of the start and of the mass matrix among it, and a run back to the start,
-   which shows errors that both have in common. */
+   which shows errors that both have in common. Where forces dissipate, the way back makes as much
+   of a rounding of the end, and a run forwards by another method shows them. */
 #include "autodiff/free.h"
 #include "autodiff/ascending.h"
 #include "motion.h"
 #include "time_scan.h"
 #include "physics/integrators/stepper.h"
+#include "physics/lagrangian/conserved.h"
 #include "physics/ode/internal.h"
 
 #include <float.h>
@@ -16,8 +18,11 @@ enum { STEPS = 20 };   /* between landings, at most, where forces change abruptl
 enum { LOOKS = 1000 }; /* stretches of time, at least, in which a step ends */
 
 static const double tolerance = 1e-15;
+static const char *const another = "dop853";
+static const double tolerance_of_another = 1e-14; /* of a step: its rounding is larger */
 /* Where the second run cuts each stretch: its steps nowhere coincide with those of the first. */
 static const double cut = 0.381966011250105;
+static const double cut_of_another = 0.723606797749979;
 
 /* Of the largest distance: less than this has no digit to lose. */
 static const double negligible = 1e-6;
@@ -29,9 +34,9 @@ static const double alike = 10;
 struct runs {
     const struct phys_ode *ode;
     struct phys_simulation how;
-    struct phys_time_scan scan; /* steps end at its times, too */
-    bool interrupted;
-    double longest; /* step of the last run */
+    struct phys_time_scan scan;   /* steps end at its times, too */
+    bool interrupted, dissipates; /* energy is not conserved */
+    double longest;               /* step of the last run */
 };
 
 static int descending(const void *a, const void *b) { return ad_ascending(b, a); }
@@ -156,42 +161,69 @@ static void compare(const double *second, size_t known, const double *times, dou
     find_horizon(r, times, lost);
 }
 
-/* Where a run back from row `last` ends: q and v [2 dof] behind the last row of x; false: nowhere.
- */
-static bool run_back(struct runs *runs, const struct phys_reference *r, size_t last,
-                     const double *back, double share, double *x, struct ad_error *error)
+/* x [last + 1][2 dof] back from its row 0; false: there is no way back. */
+static bool run_back(struct runs *runs, size_t last, const double *back, double share, double *x,
+                     struct ad_error *error)
 {
     struct ad_error lost = {0};
-    memcpy(x, r->x + 2 * last * r->dof, 2 * r->dof * sizeof *x);
     size_t known = run(runs, last + 1, back, share, x, &lost);
     return hand_on(runs, &lost, error) == AD_OK && lost.status == AD_OK && known == last + 1;
 }
 
+/* Raises the uncertainty to the distance from a run by another method. x: work space as r->x. */
+static enum ad_status compare_forwards(struct runs *runs, const double *times, double lost,
+                                       double *x, struct phys_reference *r, struct ad_error *error)
+{
+    struct ad_error lost_way = {0};
+    memcpy(x, r->x, 2 * r->dof * sizeof *x);
+    runs->how.integrator = phys_integrator_find(another, error);
+    runs->how.rtol = runs->how.atol = tolerance_of_another;
+    size_t known = run(runs, r->n, times, cut_of_another, x, &lost_way);
+    if (hand_on(runs, &lost_way, error) != AD_OK || known < r->n)
+        return error->status; /* no measure, either */
+    r->forward = 0;
+    for (size_t i = 0; i < 2 * r->n; i++) {
+        size_t half = i / r->n, row = i % r->n, at = (2 * row + half) * r->dof;
+        double distance = apart(r->dof, r->x + at, x + at);
+        if (half == 0 && times[row] < r->horizon)
+            r->forward = fmax(r->forward, distance);
+        r->uncertainty[i] = fmax(r->uncertainty[i], distance);
+    }
+    find_horizon(r, times, lost);
+    return AD_OK;
+}
+
 /* Runs back to the start from the end of the known motion. A miss beyond the uncertainty is either
-   rounding that grows on the way back, and then another run back ends as far from this one; or an
-   error common to both forward runs, which raises the uncertainty. x, again: work space as r->x;
-   back [n]. */
+   that of the end and rounding, which grow on the way back, and then another run back, from the end
+   of the second run, ends as far from this one; or an error common to both forward runs, which
+   raises the uncertainty. x, of the second run, and again: work space as r->x; back [n]. */
 static enum ad_status reverse(struct runs *runs, const double *times, double lost, double *x,
                               double *again, double *back, struct phys_reference *r,
                               struct ad_error *error)
 {
-    size_t last = 0;
-    double known = 0, grown = 0;
+    size_t last = 0, state = 2 * r->dof;
+    double known = 0, grown = INFINITY;
     while (last + 1 < r->n && times[last + 1] < r->horizon)
         known = fmax(known, r->uncertainty[++last]);
+    if (last == 0)
+        return AD_OK;
     for (size_t i = 0; i <= last; i++)
         back[i] = times[last - i];
-    const double *end = x + 2 * last * r->dof, *end_again = again + 2 * last * r->dof;
-    if (last > 0 && run_back(runs, r, last, back, 0, x, error))
-        r->reversal = apart(r->dof, end, r->x);
-    if (r->reversal > alike * known) {
-        if (run_back(runs, r, last, back, cut, again, error))
-            grown = apart(r->dof, end, end_again);
-        double share = r->reversal > alike * grown ? r->reversal / known : 1;
-        for (size_t i = 0; i < 2 * r->n; i++)
-            r->uncertainty[i] *= share;
-        find_horizon(r, times, lost);
-    }
+    memcpy(again, x + state * last, state * sizeof *x);
+    memcpy(x, r->x + state * last, state * sizeof *x);
+    if (run_back(runs, last, back, 0, x, error))
+        r->reversal = apart(r->dof, x + state * last, r->x);
+    if (r->reversal <= alike * known || error->status != AD_OK)
+        return error->status;
+    if (isfinite(r->reversal) && run_back(runs, last, back, cut, again, error))
+        grown = apart(r->dof, x + state * last, again + state * last);
+    if (error->status != AD_OK)
+        return error->status;
+    if (!(r->reversal > alike * grown))
+        return runs->dissipates ? compare_forwards(runs, times, lost, x, r, error) : AD_OK;
+    for (size_t i = 0; i < 2 * r->n; i++)
+        r->uncertainty[i] *= r->reversal / known;
+    find_horizon(r, times, lost);
     return error->status;
 }
 
@@ -230,7 +262,7 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
     struct phys_reference *r = reference;
     if (AD_LACKS(error, reference))
         return error->status;
-    *r = (struct phys_reference){.n = n, .reversal = NAN};
+    *r = (struct phys_reference){.n = n, .reversal = NAN, .forward = NAN};
     if (AD_LACKS(error, system, system->scene, q, v, times))
         return error->status;
     size_t states = 2 * (r->dof = system->dof);
@@ -253,8 +285,11 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
     else if (phys_ode_lagrangian(system, &ode, error) == AD_OK &&
              phys_ode_enter(&ode, times[0], q, v, r->x, error) == AD_OK &&
              phys_typical_sizes(&ode, times[0], r->x, scale, error) == AD_OK &&
-             phys_time_scan(system, q, v, times[0], times[n - 1], &runs.scan, error) == AD_OK)
+             phys_time_scan(system, q, v, times[0], times[n - 1], &runs.scan, error) == AD_OK) {
+        runs.dissipates =
+            ode.friction != 0 || !(system->scene->ode || phys_keeps_energy(system, error));
         measure(&runs, times, lost, r, error);
+    }
     r->time_resolution = runs.scan.resolution;
     r->time_unresolved = runs.scan.unresolved;
     phys_time_scan_free(&runs.scan);

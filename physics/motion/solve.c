@@ -53,7 +53,7 @@ static void forget_samples(struct phys_motion_solution *m)
     m->n = m->room = 0;
     m->crossed = (struct phys_crossed){0};
     m->error = m->error_end = m->reversal = m->known_until = m->seen = (double)NAN;
-    m->reference_uncertainty = m->reference_reversal = (double)NAN;
+    m->reference_uncertainty = m->reference_reversal = m->reference_forward = (double)NAN;
     m->worst_error = m->time_resolution = 0;
     m->time_unresolved = INFINITY;
     m->closest.distance = INFINITY;
@@ -199,6 +199,7 @@ static void measure_distance(const struct phys_reference *reference, const size_
     }
     m->known_until = reference->horizon;
     m->reference_reversal = reference->reversal;
+    m->reference_forward = reference->forward;
     m->seen = reference->seen;
     m->time_resolution = reference->time_resolution;
     m->time_unresolved = reference->time_unresolved;

@@ -112,10 +112,11 @@ struct phys_motion_solution {
     double worst_error; /* of one coordinate, `worst`, in units of its largest value */
     size_t worst;
     double reversal; /* distance from the start after running back */
-    /* Of the reference: largest uncertainty; distance from the start after running back; time from
-       which it is unknown (INFINITY: known throughout; NaN: no reference); longest time between two
-       evaluations of the forces; size of the coordinates. */
-    double reference_uncertainty, reference_reversal, known_until, seen, size;
+    /* Of the reference: largest uncertainty; distance from the start after running back; from a run
+       by dop853, where running back measures nothing; time from which it is unknown (INFINITY:
+       known throughout; NaN: no reference); longest time between two evaluations of the forces;
+       size of the coordinates. */
+    double reference_uncertainty, reference_reversal, reference_forward, known_until, seen, size;
     double time_resolution, time_unresolved;
     struct phys_closest_approach closest;
     struct phys_crossed crossed;

@@ -96,11 +96,135 @@ static void switches_of_time_keep_no_energy(void **state)
     phys_system_close(&s.system);
 }
 
+/* ---- flows that contract: their way back measures nothing ---- */
+
+static ad_var unit_spring(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_mul(0.5, ad_sub(ad_square(v), ad_square(q)));
+}
+
+static double strength;
+
+static ad_var friction(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)q, (void)t, (void)params;
+    return ad_mul(-2 * strength, v);
+}
+
+static ad_var van_der_pol(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_mul(strength, ad_mul(ad_sub(1.0, ad_square(q)), v));
+}
+
+static void contract(struct forced *s, phys_lagrangian *forces, double time)
+{
+    const double q = 2, v = 0;
+    const struct phys_motion_settings settings = {
+        .size = sizeof settings, .time = time, .q = &q, .v = &v, .error = 1e-9, .n_samples = 100};
+    phys_system_open("spring", &s->system, &s->error);
+    struct phys_scene scene = *s->system.scene;
+    scene.lagrangian = unit_spring;
+    scene.kinetic = scene.potential = NULL;
+    scene.forces = forces;
+    s->system.scene = &scene;
+    phys_motion_solve(&s->system, &settings, &s->motion, &s->error);
+    phys_motion_met(&settings, &s->motion, &s->error);
+    assert_int_equal(s->error.status, AD_OK);
+    assert_true(s->motion.reference_forward < 1e-11 && s->motion.reference_uncertainty < 1e-11);
+    assert_true(s->motion.reference_uncertainty >= s->motion.reference_forward);
+}
+
+/* x'' = -2 c x' - x with c = 5: exact. */
+static void strong_damping_is_measured(void **state)
+{
+    (void)state;
+    struct forced s = {0};
+    strength = 5;
+    contract(&s, friction, 20);
+    const double w = sqrt(strength * strength - 1);
+    for (size_t i = 0; i < s.motion.n; i++) {
+        double t = s.motion.t[i], slow = 1 / (strength + w), fast = strength + w;
+        double x = (fast * exp(-slow * t) - slow * exp(-fast * t)) / w;
+        assert_true(fabs(s.motion.x[2 * i] - x) <= s.motion.error + 1e-15);
+    }
+    phys_motion_solution_free(&s.motion);
+    phys_system_close(&s.system);
+}
+
+/* Ends by Taylor series with 45 digits. */
+static void limit_cycles_are_measured(void **state)
+{
+    (void)state;
+    static const double mu[] = {3, 5, 10},
+                        x20[] = {1.3727924154245721, -1.6012968795428539, 1.9393585327826517};
+    for (size_t k = 0; k < LENGTH(mu); k++) {
+        struct forced s = {0};
+        strength = mu[k];
+        contract(&s, van_der_pol, 20);
+        const size_t end = s.motion.n - 1;
+        assert_true(fabs(s.motion.x[2 * end] - x20[k]) <= s.motion.distance[end]);
+        phys_motion_solution_free(&s.motion);
+        phys_system_close(&s.system);
+    }
+}
+
+/* x'' = -x - x' has another force on the first two ways forwards, and no way back. */
+enum { LAST = 2 };
+static const double errs = 1e-6;
+static size_t arrivals;
+static bool arrived;
+
+static enum ad_status erring_field(void *context, double t, const double *y, double *rate,
+                                   struct ad_error *error)
+{
+    (void)context;
+    arrivals += t >= LAST && !arrived;
+    arrived = t >= LAST || (arrived && t > 0.5 * LAST);
+    rate[0] = y[1];
+    rate[1] = -y[0] - y[1] + (arrivals < 2 ? errs : 0);
+    if (arrivals == 2 && arrived && t < 0.9 * LAST)
+        return ad_fail(error, AD_E_NONFINITE, "no way back");
+    return AD_OK;
+}
+
+static enum ad_status erring_ode(const struct phys_system *system, struct phys_ode *ode,
+                                 struct ad_error *error)
+{
+    (void)error;
+    *ode = (struct phys_ode){.n = 2, .field = erring_field, .system = system, .friction = 1};
+    return AD_OK;
+}
+
+static void an_error_that_both_runs_share_is_seen_by_another_method(void **state)
+{
+    (void)state;
+    struct forced s = {0};
+    struct phys_reference reference;
+    const double q = 1, v = 0, times[] = {0, 0.5, 1, 1.5, LAST};
+    phys_system_open("spring", &s.system, &s.error);
+    struct phys_scene scene = *s.system.scene;
+    scene.ode = erring_ode;
+    s.system.scene = &scene;
+    assert_int_equal(phys_reference(&s.system, &q, &v, LENGTH(times), times, 0.1, NULL, NULL,
+                                    &reference, &s.error),
+                     AD_OK);
+    assert_true(isnan(reference.reversal) && isinf(reference.horizon));
+    assert_true(reference.forward > 0.5 * errs && reference.forward < 2 * errs);
+    assert_true(reference.uncertainty[4] > 0.5 * errs);
+    phys_reference_free(&reference);
+    phys_system_close(&s.system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(switches_of_time_keep_no_energy),
         cmocka_unit_test(pulses_are_never_missed),
+        cmocka_unit_test(strong_damping_is_measured),
+        cmocka_unit_test(limit_cycles_are_measured),
+        cmocka_unit_test(an_error_that_both_runs_share_is_seen_by_another_method),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
