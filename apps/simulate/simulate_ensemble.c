@@ -91,7 +91,9 @@ static enum ad_status judge(const struct ensemble_run *r, struct ad_error *error
 {
     const struct phys_ensemble *e = &r->ensemble;
     if (e->interrupted)
-        return ad_fail(error, AD_E_ACCURACY, "interrupted; results are partial");
+        return ad_fail(error, AD_E_ACCURACY,
+                       "interrupted: %zu of %zu members are complete; results are partial",
+                       e->complete, e->n);
     struct ad_error missed = {0};
     if (phys_ensemble_met(&r->settings, e, &missed) != AD_OK)
         return simulate_refuse(e->missed && !e->failed ? "--tol: " : "", &missed, error);

@@ -28,6 +28,24 @@ static void report_spread(const struct phys_ensemble *e, struct report *report)
     report_item(report, NULL);
 }
 
+/* How well the times of events are known. */
+static void report_times(const struct ensemble_run *r, struct report *report)
+{
+    const struct phys_ensemble *e = &r->ensemble;
+    double most = (double)NAN;
+    size_t unknown = 0;
+    for (size_t i = 0; i < e->n; i++)
+        for (size_t k = 0; k < e->member[i].crossed.n; k++) {
+            most = fmax(most, e->member[i].crossed.uncertainty[k]);
+            unknown += isnan(e->member[i].crossed.uncertainty[k]);
+        }
+    report_number(report, "crossings_uncertainty", "  their times, known to",
+                  e->system->scene->time_unit, most);
+    report_count(report, "crossings_unknown",
+                 unknown && !r->settings.motion->no_reference ? "  of unknown error" : NULL,
+                 unknown);
+}
+
 /* A list with a number of each member. */
 static void report_members(const struct phys_ensemble *e, struct report *report)
 {
@@ -77,18 +95,23 @@ void simulate_ensemble_report(const void *context, struct report *report)
     const struct phys_ensemble *e = &r->ensemble;
     const struct phys_scene *scene = e->system->scene;
     size_t steps = 0, events = 0, shown = 0;
+    char part[32] = "";
     for (size_t i = 0; i < e->n; i++) {
         steps += e->member[i].info.steps;
         events += e->member[i].crossed.n;
     }
-    report_line(report, "%s: %zu motions by %s to t = %g%s%s, %zu steps in %.3g s\n", scene->name,
-                e->n, e->integrator->name, r->settings.motion->time, unit_blank(scene->time_unit),
-                unit_shown(scene->time_unit), steps, e->seconds);
+    if (e->interrupted)
+        snprintf(part, sizeof part, "%zu of ", e->complete);
+    report_line(report, "%s: %s%zu motions by %s to t = %g%s%s, %zu steps in %.3g s%s\n",
+                scene->name, part, e->n, e->integrator->name, r->settings.motion->time,
+                unit_blank(scene->time_unit), unit_shown(scene->time_unit), steps, e->seconds,
+                e->interrupted ? ", interrupted" : "");
     report_text(report, "scene", NULL, scene->name);
     report_count(report, "dof", NULL, e->dof);
     report_texts(report, "columns", r->settings.n_columns, r->settings.names);
     report_text(report, "integrator", NULL, e->integrator->name);
     report_count(report, "members", NULL, e->n);
+    report_count(report, "complete", e->interrupted ? "complete members" : NULL, e->complete);
     report_count(report, "failed", e->failed ? "members that failed" : NULL, e->failed);
     report_count(report, "missed", e->missed ? "members that miss the error" : NULL, e->missed);
     report_count(report, "unknown",
@@ -98,6 +121,7 @@ void simulate_ensemble_report(const void *context, struct report *report)
     report_number(report, "time", NULL, scene->time_unit, r->settings.motion->time);
     report_count(report, "steps", NULL, steps);
     report_count(report, "crossings", r->settings.motion->n_crossings ? "events" : NULL, events);
+    report_times(r, report);
     report->passing = true;
     report_number(report, "seconds", NULL, "s", e->seconds);
     report_flag(report, "vectors", NULL, e->vectors);

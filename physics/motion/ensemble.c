@@ -34,30 +34,54 @@ static bool tighten(const struct ensemble_task *task, size_t i)
     return true;
 }
 
+static bool is_interrupted(const struct phys_ensemble *e)
+{
+    return __atomic_load_n(&e->interrupted, __ATOMIC_RELAXED);
+}
+
+static void forget(struct phys_ensemble *e, size_t first, size_t end)
+{
+    for (size_t k = first * e->n_times; k < end * e->n_times; k++) {
+        e->energy[k] = (double)NAN;
+        for (size_t j = 0; j < 2 * e->dof; j++)
+            e->x[2 * e->dof * k + j] = (double)NAN;
+    }
+}
+
 static void run_chunk(void *context, size_t thread, size_t k)
 {
     const struct team *team = context;
     const struct ensemble_task *task = &team->task;
+    const bool measured = !task->settings->motion->no_reference;
+    struct ensemble_track track[CHUNK] = {{0}};
     struct ensemble_item items[CHUNK];
     size_t n = 0, left = 0;
-    for (size_t i = k * CHUNK; i < task->ensemble->n && n < CHUNK; i++)
-        items[n++].member = i;
+    for (size_t i = k * CHUNK; i < task->ensemble->n && n < CHUNK; i++, n++)
+        items[n] = (struct ensemble_item){i, false, measured ? &track[n] : NULL};
+    if (is_interrupted(task->ensemble)) {
+        forget(task->ensemble, k * CHUNK, k * CHUNK + n);
+        return;
+    }
     for (size_t try = 0; n > 0; try++, n = left, left = 0) {
         for (size_t i = 0; i < n; i++)
             items[i].fine = false;
         phys_ensemble_run(team->worker[thread], n, items);
         for (size_t i = 0; i < n; i++)
             if (task->ensemble->member[items[i].member].failure.status == AD_OK)
-                items[left++] = (struct ensemble_item){items[i].member, true};
+                items[left++] = (struct ensemble_item){items[i].member, true, items[i].track};
         n = left;
         left = 0;
-        if (task->settings->motion->no_reference)
+        if (!measured)
             return;
+        if (is_interrupted(task->ensemble))
+            break;
         phys_ensemble_run(team->worker[thread], n, items);
         for (size_t i = 0; i < n && try + 1 < TRIES; i++)
             if (tighten(task, items[i].member))
                 items[left++] = items[i];
     }
+    for (size_t i = 0; i < CHUNK; i++)
+        free(track[i].x);
 }
 
 /* The method, and the tolerance of each member's steps. */
@@ -101,7 +125,7 @@ static void run_first(const struct team *team)
 {
     struct phys_ensemble *e = team->task.ensemble;
     const double before = ad_now();
-    struct ensemble_item first = {0, false};
+    struct ensemble_item first = {0, false, NULL};
     phys_ensemble_run(team->worker[0], 1, &first);
     const size_t at_once = team->task.settings->at_once;
     bool pays = at_once > 1 || (double)e->n * (ad_now() - before) > worth;
@@ -136,11 +160,12 @@ static void count(const struct ensemble_task *task)
     struct phys_ensemble *e = task->ensemble;
     for (size_t i = 0; i < e->n; i++) {
         struct phys_member *m = &e->member[i];
-        const bool failed = m->failure.status != AD_OK;
-        m->missed = !failed && wanted(task) > 0 && !(m->error <= wanted(task));
-        e->failed += failed;
+        const bool complete = phys_member_complete(m);
+        m->missed = complete && wanted(task) > 0 && !(m->error <= wanted(task));
+        e->failed += m->failure.status != AD_OK;
         e->missed += m->missed;
-        e->unknown += !failed && isnan(m->error) && !task->settings->motion->no_reference;
+        e->complete += complete;
+        e->unknown += complete && isnan(m->error) && !task->settings->motion->no_reference;
     }
 }
 

@@ -45,8 +45,9 @@ struct phys_ensemble_settings {
 struct phys_member {
     struct ad_error failure; /* where its motion ended early: status and reason */
     double tolerance;        /* of its steps */
-    /* The largest distance of the coordinates at the times from those of a run at a hundredth of
-       the tolerance from a start off by rounding, doubled; NaN: unknown, as where they part. */
+    /* The largest distance of the coordinates, at the times and the ends of steps, from those of a
+       run at a hundredth of the tolerance from a start off by rounding, doubled; NaN: unknown, as
+       where they part. */
     double error;
     bool missed; /* of the error that was asked for */
     struct phys_simulation_info info;
@@ -74,7 +75,8 @@ struct phys_ensemble {
     struct phys_spread *spread;
     /* Members that failed, that miss the error asked for, whose error is not known. */
     size_t failed, missed, unknown;
-    bool vectors; /* several at once */
+    size_t complete; /* that neither failed nor were interrupted */
+    bool vectors;    /* several at once */
     double seconds;
     /* Members with a reference (phys_reference), the first and the one with the largest error, and
        their distances from it; NaN: unknown; and its uncertainty. */

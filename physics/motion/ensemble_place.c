@@ -8,6 +8,77 @@
 
 static const double finer = 1e-2, least_tolerance = 1e-16, caution = 2;
 
+static double length(size_t n, const double *a, const double *b)
+{
+    double sum = 0;
+    for (size_t k = 0; k < n; k++) {
+        double d = a[k] - (b ? b[k] : 0);
+        sum += d * d;
+    }
+    return sqrt(sum);
+}
+
+/* ---- the ends of steps ---- */
+
+void phys_place_track(struct ensemble_place *place)
+{
+    struct ensemble_track *track = place->item.track;
+    const struct phys_stepper *m = &place->run.stepper;
+    const size_t dof = place->task->ensemble->dof, columns = 1 + 2 * dof;
+    if (!track || place->item.fine || place->error.status != AD_OK)
+        return;
+    if (track->n == track->room) {
+        const size_t room = track->room ? 2 * track->room : 64;
+        if (!solving_widen(&track->x, room * columns)) {
+            ad_fail(&place->error, AD_E_MEMORY, "out of memory");
+            return;
+        }
+        track->room = room;
+    }
+    double *x = track->x + columns * track->n++;
+    x[0] = m->t;
+    phys_ode_leave(&place->solution.ode, m->t, m->y, x + 1, x + 1 + dof, &place->solving.lost);
+}
+
+/* The times of the ensemble and of the track, in order; returns how many. */
+static size_t merge_times(struct ensemble_place *place)
+{
+    const struct phys_ensemble *e = place->task->ensemble;
+    const struct ensemble_track *track = place->item.track;
+    const size_t columns = 1 + 2 * e->dof;
+    size_t n = 0;
+    if (!solving_widen(&place->times, e->n_times + track->n)) {
+        ad_fail(&place->error, AD_E_MEMORY, "out of memory");
+        return 0;
+    }
+    for (size_t i = 1, k = 0; i < e->n_times || k < track->n;) {
+        const double a = i < e->n_times ? e->t[i] : (double)INFINITY;
+        const double b = k < track->n ? track->x[k * columns] : (double)INFINITY;
+        i += a <= b;
+        k += b <= a;
+        place->times[n++] = fmin(a, b);
+    }
+    return n;
+}
+
+static bool compare_tracks(struct ensemble_place *place, double t, const double *y)
+{
+    const struct ensemble_track *track = place->item.track;
+    const size_t dof = place->task->ensemble->dof;
+    const double *x = track->x + place->tracked * (1 + 2 * dof);
+    if (place->tracked == track->n || t != x[0])
+        return true;
+    double *mine = place->x + 2 * dof * place->task->ensemble->n_times;
+    if (phys_ode_leave(&place->solution.ode, t, y, mine, mine + dof, &place->solving.lost) != AD_OK)
+        return false;
+    const double apart = length(dof, x + 1, mine);
+    place->apart = apart <= place->apart ? place->apart : apart;
+    place->tracked++;
+    return true;
+}
+
+/* ---- runs ---- */
+
 static bool take_sample(void *context, double t, const double *y)
 {
     struct ensemble_place *place = context;
@@ -20,7 +91,7 @@ static bool take_sample(void *context, double t, const double *y)
             return false;
         m->n++;
     }
-    return true;
+    return !place->item.fine || compare_tracks(place, t, y);
 }
 
 static void forget_crossed(struct phys_crossed *c)
@@ -96,7 +167,7 @@ static const struct phys_ode *ode_of(struct ensemble_worker *w, struct ensemble_
     return &place->own;
 }
 
-static struct phys_simulation how_of(const struct ensemble_place *place)
+static struct phys_simulation how_of(struct ensemble_place *place)
 {
     const struct ensemble_task *task = place->task;
     const struct phys_ensemble *e = task->ensemble;
@@ -104,10 +175,11 @@ static struct phys_simulation how_of(const struct ensemble_place *place)
     struct phys_simulation how = phys_simulation_of(
         e->integrator, place->item.fine ? fmax(tolerance * finer, least_tolerance) : tolerance,
         task->settings->motion->time);
-    how.n_samples = e->n_times - 1;
+    how.n_samples = place->item.fine ? merge_times(place) : e->n_times - 1;
+    how.times = place->item.fine ? place->times : NULL;
     how.sample = take_sample;
     how.proceed = task->settings->motion->proceed;
-    how.context = (void *)place;
+    how.context = place;
     how.events = place->events;
     how.n_events = task->settings->motion->n_crossings;
     return how;
@@ -132,6 +204,10 @@ void phys_place_enter(struct ensemble_worker *w, struct ensemble_place *place,
     phys_place_leave(place);
     place->item = item;
     place->again = false;
+    place->tracked = 0;
+    place->apart = 0;
+    if (item.track && !item.fine)
+        item.track->n = 0;
     place->error = place->solving.lost = (struct ad_error){0};
     place->run = (struct run){.info = &place->info};
     place->info = (struct phys_simulation_info){0};
@@ -173,14 +249,17 @@ static void compare_crossed(const struct phys_crossed *fine, struct phys_crossed
     }
 }
 
-static double length(size_t n, const double *a, const double *b)
+/* The largest coordinates, or way in a step: what is thrown up in one step comes down at 0. */
+static double size_of_track(size_t dof, const struct ensemble_track *track)
 {
-    double sum = 0;
-    for (size_t k = 0; k < n; k++) {
-        double d = a[k] - (b ? b[k] : 0);
-        sum += d * d;
+    double size = 0, before = 0;
+    for (size_t i = 0; i < track->n; i++) {
+        const double *x = track->x + i * (1 + 2 * dof);
+        size = fmax(size, length(dof, x + 1, NULL));
+        size = fmax(size, length(dof, x + 1 + dof, NULL) * (x[0] - before));
+        before = x[0];
     }
-    return sqrt(sum);
+    return size;
 }
 
 /* The error of the run before by this, the finer one. */
@@ -189,7 +268,7 @@ static void estimate_error(struct ensemble_place *place)
     const struct phys_ensemble *e = place->task->ensemble;
     struct phys_member *member = &e->member[place->item.member];
     const double *x = e->x + 2 * e->dof * e->n_times * place->item.member;
-    double most = 0, size = 0;
+    double most = place->apart, size = size_of_track(e->dof, place->item.track);
     size_t n = place->solution.n;
     bool cut =
         member->info.stop == PHYS_SIMULATION_EVENT && place->info.stop == PHYS_SIMULATION_EVENT;
@@ -272,7 +351,8 @@ void phys_place_run(struct ensemble_place *place)
 {
     struct run *run = &place->run;
     while (place->error.status == AD_OK && phys_run_goes_on(run, &place->error))
-        if (phys_run_step(run, &place->error) == AD_OK)
-            phys_run_accept(run, &place->error);
+        if (phys_run_step(run, &place->error) == AD_OK &&
+            phys_run_accept(run, &place->error) == AD_OK)
+            phys_place_track(place);
     phys_place_finish(place);
 }

@@ -23,6 +23,9 @@ struct ensemble_place {
     struct phys_events *events;
     struct crossing_watch *watches;
     double *y, *x;                  /* [2 dof]; [n_times][2 dof] of a fine run */
+    double *times;                  /* of samples of a fine run: the ensemble's and its track's */
+    size_t tracked;                 /* rows of the track that were compared */
+    double apart;                   /* the largest distance there */
     struct phys_time_scan scan;     /* of a member's parameters; steps end at its times */
     bool blind;                     /* the forces change with time too often to be followed */
     struct ensemble_energy *energy; /* the worker's, where there is one */
@@ -42,6 +45,8 @@ struct ensemble_worker {
 /* Begins the motion of an item; place->error where it cannot begin. */
 void phys_place_enter(struct ensemble_worker *w, struct ensemble_place *place,
                       struct ensemble_item item);
+/* After a step: notes its end. */
+void phys_place_track(struct ensemble_place *place);
 /* Runs to the end, alone, and finishes. */
 void phys_place_run(struct ensemble_place *place);
 /* Stores the result of a run that has ended. */

@@ -88,6 +88,8 @@ static bool conclude(struct ensemble_worker *w, size_t p, const struct ad_error 
         phys_taylor_points_fetch(w->points, p);
     if (phys_run_accept(run, &place->error) != AD_OK)
         end(w, p);
+    else
+        phys_place_track(place);
     return true;
 }
 
@@ -141,7 +143,7 @@ void phys_ensemble_worker_free(struct ensemble_worker *w)
     for (size_t p = 0; p < AD_SERIES_POINTS; p++) {
         phys_place_leave(&w->place[p]);
         AD_FREE(w->place[p].events, w->place[p].watches, w->place[p].solving.state, w->place[p].y,
-                w->place[p].x);
+                w->place[p].x, w->place[p].times);
     }
     phys_taylor_points_free(w->points);
     phys_ensemble_energy_free(w->energy);

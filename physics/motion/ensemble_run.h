@@ -18,10 +18,17 @@ struct ensemble_task {
     bool has_parameters;             /* so that each member has a system of its own */
 };
 
+/* The ends of a member's steps. */
+struct ensemble_track {
+    size_t n, room;
+    double *x; /* [n][1 + 2 dof]: t, q, v */
+};
+
 /* One run of a member: for its result, or at a hundredth of the tolerance for the error of that. */
 struct ensemble_item {
     size_t member;
     bool fine;
+    struct ensemble_track *track; /* of the first, for the second; NULL: not kept */
 };
 
 /* A thread's: steppers, and machine code. NULL when out of memory. */
@@ -50,8 +57,15 @@ struct ensemble_energy *phys_ensemble_energy_new(const struct phys_system *syste
 void phys_ensemble_energies(struct ensemble_energy *energy, size_t known, const double *x,
                             double *energies);
 void phys_ensemble_energy_free(struct ensemble_energy *energy); /* takes NULL */
+/* It neither failed nor was interrupted, nor is still to come. */
+static inline bool phys_member_complete(const struct phys_member *m)
+{
+    return m->failure.status == AD_OK &&
+           (m->info.stop == PHYS_SIMULATION_END || m->info.stop == PHYS_SIMULATION_EVENT);
+}
+
 /* The state of a member at its end, and when that is: at its last crossing, where one ended it.
-   NULL: it failed, or has not come to a crossing that was to end it. */
+   NULL: it is not complete, or has not come to a crossing that was to end it. */
 const double *phys_ensemble_end(const struct ensemble_task *task, size_t member, double *t);
 enum ad_status phys_ensemble_spread(const struct ensemble_task *task, size_t threads,
                                     struct ad_error *error);

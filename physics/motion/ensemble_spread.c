@@ -83,7 +83,7 @@ const double *phys_ensemble_end(const struct ensemble_task *task, size_t i, doub
     for (size_t k = 0; k < s->n_crossings; k++)
         until |= s->crossings[k].last;
     *t = until && c->n ? c->t[c->n - 1] : e->t[e->n_times - 1];
-    if (m->failure.status != AD_OK ||
+    if (!phys_member_complete(m) ||
         (until && !(c->n > 0 && s->crossings[(size_t)c->which[c->n - 1] - 1].last)))
         return NULL;
     return until ? c->x + (c->n - 1) * 2 * e->dof : e->x + ((i + 1) * e->n_times - 1) * 2 * e->dof;

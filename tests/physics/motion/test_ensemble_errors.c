@@ -1,0 +1,114 @@
+/* What an ensemble says of itself: errors whatever the samples, motions that were interrupted. */
+#include "tests/physics/systems.h"
+#include "tests/close.h"
+#include "tests/native.h"
+#include "physics/motion/ensemble.h"
+#include "physics/physics.h"
+
+enum { MEMBERS = 8 };
+
+struct solved {
+    struct phys_system system;
+    struct phys_ensemble e;
+    struct ad_error error;
+};
+
+static struct solved solve(const char *scene, const char *name, double least,
+                           const struct phys_motion_settings *motion)
+{
+    struct solved s = {0};
+    double values[MEMBERS];
+    const struct phys_ensemble_settings settings = {.size = sizeof settings,
+                                                    .n = MEMBERS,
+                                                    .n_columns = 1,
+                                                    .names = &name,
+                                                    .values = values,
+                                                    .motion = motion};
+    for (size_t i = 0; i < MEMBERS; i++)
+        values[i] = least * (1 + 0.1 * (double)i);
+    s.system = system_opened(scene);
+    phys_ensemble_solve(&s.system, &settings, &s.e, &s.error);
+    assert_int_equal(s.error.status, AD_OK);
+    return s;
+}
+
+static void end(struct solved *s)
+{
+    phys_ensemble_free(&s->e);
+    phys_system_close(&s->system);
+}
+
+/* Orbits of a = 1 at the far end: the largest error is at the near one, which is no sample. */
+static void errors_are_those_between_samples(void **state)
+{
+    (void)state;
+    struct phys_motion_settings motion = {
+        .size = sizeof motion, .time = 3 * M_PI, .tolerance = 1e-7, .n_samples = 1};
+    struct solved few = solve("kepler", "e", 0.5, &motion);
+    motion.n_samples = 2000;
+    struct solved many = solve("kepler", "e", 0.5, &motion);
+    for (size_t i = 0; i < MEMBERS; i++) {
+        const double error = few.e.member[i].error, true_error = many.e.member[i].error;
+        if (!(error > 0.5 * true_error && error <= true_error))
+            fail_msg("member %zu: %g by 1 sample, %g by 2000", i, error, true_error);
+    }
+    end(&few);
+    end(&many);
+}
+
+/* Thrown up from 0, and down again in one step, between two samples. */
+static void what_comes_back_to_zero_has_an_error(void **state)
+{
+    (void)state;
+    struct solved s = {.system = system_opened("freebody")};
+    struct phys_crossing crossing;
+    assert_int_equal(phys_crossing_read(&s.system, "x<0", &crossing, &s.error), AD_OK);
+    crossing.last = true;
+    const struct phys_motion_settings motion = {.size = sizeof motion,
+                                                .time = 10000,
+                                                .error = 1e-7,
+                                                .n_samples = 1,
+                                                .n_crossings = 1,
+                                                .crossings = &crossing};
+    phys_system_close(&s.system);
+    s = solve("freebody", "v0", 300, &motion);
+    for (size_t i = 0; i < MEMBERS; i++) {
+        assert_true(s.e.member[i].error < 1e-7);
+        assert_close(s.e.member[i].crossed.t[0], 600 * (1 + 0.1 * (double)i), 1e-12, 0);
+    }
+    assert_int_equal(s.e.missed + s.e.unknown, 0);
+    end(&s);
+}
+
+/* After some steps of the members. */
+static bool some_steps(void *context) { return ++*(size_t *)context < 60; }
+
+static void an_interruption_counts_who_is_complete(void **state)
+{
+    (void)state;
+    size_t asked = 0, complete = 0;
+    const struct phys_motion_settings motion = {.size = sizeof motion,
+                                                .time = 3 * M_PI,
+                                                .tolerance = 1e-7,
+                                                .proceed = some_steps,
+                                                .context = &asked};
+    struct solved s = solve("kepler", "e", 0.1, &motion);
+    assert_true(s.e.interrupted);
+    for (size_t i = 0; i < MEMBERS; i++)
+        complete += isfinite(s.e.x[((i + 1) * s.e.n_times - 1) * 4]) != 0;
+    assert_int_equal(s.e.complete, complete);
+    assert_true(complete < MEMBERS);
+    for (size_t k = 0; k < 6; k++) /* q, v, energy and t at the end */
+        assert_int_equal(s.e.spread[s.e.n_times * 5 + k].n, complete);
+    end(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(errors_are_those_between_samples),
+        cmocka_unit_test(what_comes_back_to_zero_has_an_error),
+        cmocka_unit_test(an_interruption_counts_who_is_complete),
+    };
+    return cmocka_run_group_tests(tests, native_open_quick, native_remove_cache);
+}
