@@ -25,6 +25,20 @@ void quote_terminal(FILE *out, const char *text)
         text += terminal_character(out, text);
 }
 
+void quote_shell(FILE *out, const char *before, const char *text)
+{
+    static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789"
+                                "_./+-,:@%";
+    const bool quoted = strspn(text, plain) < strlen(text);
+    fprintf(out, "%s%s", quoted ? "'" : "", before);
+    while (*text)
+        if (*text == '\'')
+            fputs("'\\''", out), text++;
+        else
+            text += terminal_character(out, text);
+    fputs(quoted ? "'" : "", out);
+}
+
 void quote_terminal_line(FILE *out, const char *before, const char *text)
 {
     fputs(before, out);

@@ -122,9 +122,9 @@ static void report(const struct options *options, const struct phys_system *syst
     if (options->common.quiet)
         return;
     quote_terminal(stdout, out);
-    printf(": %s, %zu coordinate%s; leastaction check %s", system->scene->what, system->dof,
-           system->dof == 1 ? "" : "s", strchr(out, '/') ? "" : "./");
-    quote_terminal(stdout, out);
+    printf(": %s, %zu coordinate%s; leastaction check ", system->scene->what, system->dof,
+           system->dof == 1 ? "" : "s");
+    quote_shell(stdout, strchr(out, '/') ? "" : "./", out);
     puts(" checks it");
 }
 

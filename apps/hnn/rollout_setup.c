@@ -127,8 +127,8 @@ static enum ad_status use_energy(struct rollout_run *run, const char *name, stru
     double strength = option_number_or(run->options->strength, 0);
     if (2 * task->dof != run->model[0].ode.n)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "%s has %zu coordinates and momenta, the model %zu; expected as many", name,
-                       2 * task->dof, run->model[0].ode.n);
+                       "%s has a state of %zu numbers, the model one of %zu; expected as many",
+                       name, 2 * task->dof, run->model[0].ode.n);
     if (task->H ? in_velocities(run) : in_momenta(run))
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s has states of %s, the model of %s; expected one kind", name,
@@ -173,7 +173,7 @@ static enum ad_status use_scene(struct rollout_run *run, struct ad_error *error)
         return error->status;
     if (2 * run->system.dof != run->model[0].ode.n)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "%s has %zu coordinates and momenta, the model %zu; expected as many",
+                       "%s has a state of %zu numbers, the model one of %zu; expected as many",
                        o->truth, 2 * run->system.dof, run->model[0].ode.n);
     return in_velocities(run) ? phys_ode_lagrangian(&run->system, &run->energy, error)
                               : phys_ode_canonical(&run->system, &run->energy, error);
@@ -238,8 +238,10 @@ static enum ad_status choose_start(struct rollout_run *run, struct ad_error *err
     if (!(run->x0 = malloc(states * sizeof *run->x0)))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (o->x0)
-        return numbers_read("x0", o->x0, states, "coordinates, then as many momenta", run->x0,
-                            error);
+        return numbers_read("x0", o->x0, states,
+                            in_velocities(run) ? "coordinates, then as many velocities"
+                                               : "coordinates, then as many momenta",
+                            run->x0, error);
     if (run->truth.n)
         memcpy(run->x0, run->truth.x, states * sizeof *run->x0);
     else if (run->task)

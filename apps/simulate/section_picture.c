@@ -70,11 +70,35 @@ static void choose_axes(const struct simulate_run *run, size_t axis[2])
     }
 }
 
+/* The largest error of a value in a column, as far as that is known: of a velocity in proportion to
+   the largest. What is constant but for that is drawn as such. */
+static double error_of(const struct simulate_run *run, size_t column)
+{
+    const struct simulate_section *s = &run->section;
+    const size_t dof = run->system.dof, columns = 3 + 2 * dof;
+    double error = 0, size[2] = {0};
+    for (size_t i = 0; i < s->n; i++) {
+        const double *row = s->row + i * columns;
+        error = fmax(error, row[columns - 1]);
+        for (size_t k = 0; k < 2 * dof; k++)
+            size[k / dof] = fmax(size[k / dof], fabs(row[2 + k]));
+    }
+    if (column == 1)
+        return 0;
+    return column < 2 + dof ? error : size[0] > 0 ? error / size[0] * size[1] : 0;
+}
+
 static struct axis axis_of(const struct simulate_run *run, size_t column, char *name)
 {
     const struct phys_scene *scene = run->system.scene;
     const size_t dof = run->system.dof;
-    const struct range range = range_with_margins(range_of(run, column), .05, .05);
+    const double least = 10 * error_of(run, column);
+    struct range range = range_of(run, column);
+    if (range.high - range.low < least) {
+        const double middle = (range.low + range.high) / 2;
+        range = (struct range){middle - least / 2, middle + least / 2};
+    }
+    range = range_with_margins(range, .05, .05);
     simulate_quantity(&run->system, column == 1 ? 2 * dof + 1 : column - 2, name);
     return (struct axis){name,
                          column == 1        ? scene->time_unit

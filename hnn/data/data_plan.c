@@ -64,15 +64,18 @@ static enum ad_status find_state(const struct hnn_dataset_settings *settings,
             return error->status;
     }
     if (plan->components % 2)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "%s: state: expected coordinates and as many momenta, found %zu columns",
-                       s->file, plan->components);
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "%s: state: expected coordinates and as many momenta or velocities, found %zu "
+            "columns",
+            s->file, plan->components);
     for (size_t k = 0; k < plan->components; k++) {
         if (plan->state[k] == plan->trial && !settings->trial)
             plan->trial = HNN_NO_COLUMN; /* its name alone made it one */
         if (plan->state[k] == plan->time || plan->state[k] == plan->trial)
             return ad_fail(error, AD_E_ARGUMENT,
-                           "%s: state: column %zu is the %s; expected coordinates and momenta",
+                           "%s: state: column %zu is the %s; expected coordinates and momenta or "
+                           "velocities",
                            s->file, plan->state[k] + 1,
                            plan->state[k] == plan->time ? "time" : "trial");
     }

@@ -22,11 +22,15 @@ struct run {
     double *growing; /* its scale where that is the largest |y_k| so far, else NULL */
     bool halves;     /* sizes are of halves */
     struct phys_stepper stepper;
-    double direction;   /* +1, -1 */
-    size_t n_steps;     /* fixed steps in all */
-    double h;           /* adaptive: to try next */
-    double last_norm;   /* error of the last step accepted, for the controller */
-    bool rejected;      /* the last attempt was */
+    double direction; /* +1, -1 */
+    size_t n_steps;   /* fixed steps in all */
+    double h;         /* adaptive: to try next */
+    double last_norm; /* error of the last step accepted, for the controller */
+    bool rejected;    /* the last attempt was */
+    struct {
+        size_t steps, rejected;
+        double t;
+    } looked;           /* when a stall was last looked for */
     bool dense;         /* the polynomial of this step is prepared */
     double whole;       /* length of the step before an event cut it */
     size_t next_sample; /* number of the next one */

@@ -24,6 +24,9 @@ static struct control control_of(size_t order)
 
 static const double safety = 0.9;
 
+enum { STALL = 20000 };           /* steps after which a run is looked at */
+static const double moved = 1e-3; /* of the time, at least, in so many */
+
 static double clamp(double x, double low, double high) { return fmin(fmax(x, low), high); }
 
 static double floor_of(const struct run *run)
@@ -46,6 +49,34 @@ static enum ad_status underflow(const struct run *run, const struct ad_error *ca
                    "fast to be followed: a collision or another singularity; stop before it, "
                    "soften the law, or allow a larger error",
                    run->info->steps + 1, floor_of(run), m->t, name, m->y[m->worst]);
+}
+
+/* Where a force jumps and holds the motion there, as dry friction a body at rest, every other step
+   is rejected and the run would not end. */
+static enum ad_status check_stall(struct run *run, struct ad_error *error)
+{
+    const struct phys_simulation_info *info = run->info;
+    const struct phys_stepper *m = &run->stepper;
+    const size_t steps = info->steps - run->looked.steps;
+    char name[64];
+    if (steps < STALL)
+        return AD_OK;
+    const bool stalls =
+        info->rejected - run->looked.rejected > steps / 4 &&
+        fabs(m->t - run->looked.t) < moved * fabs(run->settings->t1 - run->settings->t0);
+    if (stalls) {
+        phys_ode_component(m->ode, m->worst, name, sizeof name);
+        return ad_fail(error, AD_E_ACCURACY,
+                       "%zu steps, and %zu tried in vain, from t = %.9g to t = %.9g: a force jumps "
+                       "where %s = %.3g and holds the motion there, as dry friction does; take a "
+                       "smooth law, tanh(v/small) for sign(v), or fixed steps",
+                       steps, info->rejected - run->looked.rejected, run->looked.t, m->t, name,
+                       m->y[m->worst]);
+    }
+    run->looked.steps = info->steps;
+    run->looked.rejected = info->rejected;
+    run->looked.t = m->t;
+    return AD_OK;
 }
 
 /* Tries one step; its error in *norm, infinite where the field or the result is not finite. */
@@ -119,6 +150,8 @@ enum ad_status phys_run_length(struct run *run, struct ad_error *error)
 {
     struct phys_stepper *m = &run->stepper;
     const double left = (run->target - m->t) - run->late;
+    if (check_stall(run, error) != AD_OK)
+        return error->status;
     run->last = fabs(run->h) * 1.01 >= fabs(left);
     double h = run->last ? left : run->h;
     if (!run->last && fabs(h) < floor_of(run))

@@ -80,6 +80,43 @@ static void count_drift_of_samples(struct phys_motion_solution *m)
         m->info.energy_drift = fmax(m->info.energy_drift, fabs(m->energy[i] - start) / unit);
 }
 
+/* How many times as many samples the motion has while its error is measured, or that would depend
+   on their number: of fixed steps no more than there are. Those that were asked for are among them.
+ */
+static size_t finer_samples(const struct phys_motion_solution *m,
+                            const struct phys_motion_settings *settings, size_t samples)
+{
+    const double steps = m->integrator->adaptive ? INFINITY : settings->time / m->setting;
+    if (!has_few(m) || settings->no_reference || settings->every == 1)
+        return 1;
+    if (settings->every) { /* all steps, or enough of them */
+        size_t k = m->integrator->adaptive ? settings->every : 1;
+        while (k < settings->every &&
+               (settings->every % k || steps / (double)settings->every * (double)k < SAMPLES))
+            k++;
+        return k;
+    }
+    const double k = fmin(ceil((double)SAMPLES / (double)samples), floor(steps / (double)samples));
+    return k > 1 ? (size_t)k : 1;
+}
+
+/* Leaves the samples that were asked for, and one where an event ended the motion. */
+static void thin(struct phys_motion_solution *m, size_t times)
+{
+    const size_t columns = 2 * m->system->dof;
+    size_t n = 0;
+    for (size_t i = 0; times > 1 && i < m->n; i++) {
+        if (i % times && !(i + 1 == m->n && m->info.stop == PHYS_SIMULATION_EVENT))
+            continue;
+        m->t[n] = m->t[i];
+        m->energy[n] = m->energy[i];
+        if (m->distance)
+            m->distance[n] = m->distance[i];
+        memmove(m->x + n++ * columns, m->x + i * columns, columns * sizeof *m->x);
+    }
+    m->n = times > 1 ? n : m->n;
+}
+
 static enum ad_status forward(struct solving *s, double *y, struct ad_error *error)
 {
     struct phys_motion_solution *m = s->solution;
@@ -97,10 +134,12 @@ static enum ad_status forward(struct solving *s, double *y, struct ad_error *err
         events[n] = m->closest.events;
         how.events = events;
         how.n_events = n + (m->closest.events.n > 0);
-        how.every = settings->every;
         how.n_samples = settings->n_samples ? settings->n_samples
                         : has_few(m)        ? SAMPLES
                                             : SAMPLES_OF_MANY;
+        s->finer = finer_samples(m, settings, how.n_samples);
+        how.every = settings->every / s->finer;
+        how.n_samples *= settings->every ? 1 : s->finer;
         how.sample = sample;
         how.proceed = solving_proceed;
         how.context = s;
@@ -265,6 +304,7 @@ static enum ad_status follow(struct solving *s, struct ad_error *error)
         compare(s, error);
     if (error->status == AD_OK && has_few(m))
         phys_conserved(m->system, m->n, m->x, m->t, &m->conserved, error);
+    thin(m, s->finer);
     return error->status;
 }
 

@@ -12,6 +12,7 @@ struct solving {
     struct phys_motion_solution *solution;
     double *state;            /* [2 dof] for crossings */
     bool interrupted, failed; /* out of memory */
+    size_t finer;             /* samples for each that was asked for */
     struct ad_error lost;     /* a sample that has no velocities */
     bool blind;               /* the series stepped over something: it is not tried again */
 };

@@ -139,7 +139,7 @@ static void an_error_counts_the_rounding_of_the_start(void **state)
                                                       .integrator =
                                                           phys_integrator_find("dop853", &s.error),
                                                       .tolerance = runs[r].tol,
-                                                      .n_samples = 100};
+                                                      .n_samples = 1000};
         assert_int_equal(phys_system_open("kepler", &s.system, &s.error), AD_OK);
         assert_int_equal(phys_system_set(&s.system, "e", atof(runs[r].e), &s.error), AD_OK);
         assert_int_equal(phys_motion_solve(&s.system, &settings, &s.motion, &s.error), AD_OK);
@@ -288,6 +288,40 @@ static void defaults_follow_the_scenes_start_or_a_given_one(void **state)
     end(&s);
 }
 
+/* However few samples: at the far end of the orbit, or 157 steps apart. */
+static void an_error_does_not_depend_on_the_samples(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"dop853", "velocity-verlet"};
+    for (size_t k = 0; k < LENGTH(methods); k++) {
+        struct ad_error none = {0};
+        struct phys_motion_settings settings = {.size = sizeof settings,
+                                                .time = 3 * M_PI,
+                                                .dt = 3 * M_PI / 628,
+                                                .tolerance = 1e-6,
+                                                .integrator =
+                                                    phys_integrator_find(methods[k], &none)};
+        double error = 0;
+        for (int few = 0; few < 3; few++) {
+            struct solved s;
+            settings.n_samples = few == 1 ? 1 : 0;
+            settings.every = few == 2 && k == 1 ? 157 : 0;
+            solve(&s, "kepler", &settings);
+            assert_int_equal(s.error.status, AD_OK);
+            assert_int_equal(s.motion.n, settings.every       ? 5
+                                         : settings.n_samples ? 2
+                                         : k                  ? 629
+                                                              : 1001);
+            assert_close(s.motion.t[s.motion.n - 1], 3 * M_PI, 1e-14, 0);
+            assert_true(s.motion.distance[s.motion.n - 1] == s.motion.error_end);
+            error = few == 0 ? s.motion.error : error;
+            assert_close(s.motion.error, error, 1e-6, 0);
+            assert_true(s.motion.error > 1.5 * s.motion.error_end);
+            end(&s);
+        }
+    }
+}
+
 static void what_is_out_of_reach_is_an_error(void **state)
 {
     (void)state;
@@ -361,6 +395,7 @@ int main(void)
         cmocka_unit_test(a_small_coordinate_is_judged_by_its_own_size),
         cmocka_unit_test(an_error_that_both_runs_share_is_seen_on_the_way_back),
         cmocka_unit_test(defaults_follow_the_scenes_start_or_a_given_one),
+        cmocka_unit_test(an_error_does_not_depend_on_the_samples),
         cmocka_unit_test(what_is_out_of_reach_is_an_error),
         cmocka_unit_test(an_interruption_keeps_what_was_reached),
         cmocka_unit_test(diagnoses_name_what_is_wrong),

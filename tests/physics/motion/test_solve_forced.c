@@ -1,6 +1,7 @@
 /* Motions driven by forces of time: pulses thinner than any step and switches, each against its
    closed form. */
 #include "tests/close.h"
+#include "tests/mentions.h"
 #include "physics/physics.h"
 
 #include <math.h>
@@ -170,6 +171,33 @@ static void limit_cycles_are_measured(void **state)
     }
 }
 
+/* Dry friction stops the motion at t = 3 pi: no adaptive step gets on from there. */
+static ad_var dry(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)q, (void)t, (void)params;
+    return ad_mul(-0.3, ad_sign(v));
+}
+
+static void a_body_that_sticks_ends_the_run(void **state)
+{
+    (void)state;
+    struct forced s = {0};
+    const double q = 2, v = 0;
+    struct phys_motion_settings settings = {.size = sizeof settings, .time = 1e3, .q = &q, .v = &v};
+    phys_system_open("spring", &s.system, &s.error);
+    struct phys_scene scene = *s.system.scene;
+    scene.lagrangian = unit_spring;
+    scene.kinetic = scene.potential = NULL;
+    scene.forces = dry;
+    s.system.scene = &scene;
+    assert_int_equal(phys_motion_solve(&s.system, &settings, &s.motion, &s.error), AD_E_ACCURACY);
+    assert_true(s.motion.info.steps < 100000);
+    assert_close(s.motion.info.t, 3 * M_PI, 0, 0.1);
+    assert_mentions(s.error.message, "jumps");
+    phys_motion_solution_free(&s.motion);
+    phys_system_close(&s.system);
+}
+
 /* x'' = -x - x' has another force on the first two ways forwards, and no way back. */
 enum { LAST = 2 };
 static const double errs = 1e-6;
@@ -224,6 +252,7 @@ int main(void)
         cmocka_unit_test(pulses_are_never_missed),
         cmocka_unit_test(strong_damping_is_measured),
         cmocka_unit_test(limit_cycles_are_measured),
+        cmocka_unit_test(a_body_that_sticks_ends_the_run),
         cmocka_unit_test(an_error_that_both_runs_share_is_seen_by_another_method),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
