@@ -37,7 +37,7 @@ static void report_times(const struct ensemble_run *r, struct report *report)
     for (size_t i = 0; i < e->n; i++)
         for (size_t k = 0; k < e->member[i].crossed.n; k++) {
             most = fmax(most, e->member[i].crossed.uncertainty[k]);
-            unknown += isnan(e->member[i].crossed.uncertainty[k]);
+            unknown += isnan(e->member[i].crossed.uncertainty[k]) ? 1 : 0;
         }
     report_number(report, "crossings_uncertainty", "  their times, known to",
                   e->system->scene->time_unit, most);

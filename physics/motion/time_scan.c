@@ -82,8 +82,8 @@ static void sample(struct scan *s, double a, double b, size_t n, double *force)
 /* ---- its changes ---- */
 
 /* force [n] at equal steps from a to b becomes the density of times, negative where the change is
-   not resolved. */
-static void measure_density(double a, double b, size_t n, double *force)
+   not resolved. What is rounding of `largest` is none. */
+static void measure_density(double a, double b, size_t n, double largest, double *force)
 {
     double step = (b - a) / (double)(n - 1), f[5];
     memcpy(f + 1, force, 4 * sizeof *f);
@@ -96,7 +96,8 @@ static void measure_density(double a, double b, size_t n, double *force)
             high = fmax(high, f[k]);
         }
         double clock = fabs(a + (double)i * step) / step; /* rounding of t, in steps */
-        double noise = DBL_EPSILON * (64 * fmax(fabs(low), fabs(high)) + clock * (high - low));
+        double size = fmax(largest, fmax(fabs(low), fabs(high)));
+        double noise = DBL_EPSILON * (64 * size + clock * (high - low));
         double density = rough > 4 * noise ? sqrt(sqrt(rough)) : 0; /* NaN: 0 */
         force[i] = rough > ABRUPT * (high - low) ? -density : density;
     }
@@ -124,11 +125,16 @@ static void land(struct scan *s, double a, double b, size_t n, const double *den
     }
 }
 
-/* Scans from a to b, then every stretch that n times do not resolve. room [n] */
-static void search(struct scan *s, double a, double b, size_t n, size_t count, double *room)
+/* Scans from a to b, then every stretch that n times do not resolve. A finer grid has the peak of a
+   change: beside that its tails, where a force such as 1 - tanh^2 is rounding, are nothing; a first
+   one may have no more than a tail. room [n] */
+static void search(struct scan *s, double a, double b, size_t n, size_t count, double largest,
+                   double *room)
 {
     sample(s, a, b, n, room);
-    measure_density(a, b, n, room);
+    for (size_t i = 0; i < n && n < GRID; i++)
+        largest = fmax(largest, fabs(room[i]));
+    measure_density(a, b, n, largest, room);
     land(s, a, b, n, room, count);
     double step = (b - a) / (double)(n - 1), finer[COLUMNS];
     for (size_t i = 2, to; i + 2 < n; i = to + 1) {
@@ -142,7 +148,7 @@ static void search(struct scan *s, double a, double b, size_t n, size_t count, d
             s->to->unresolved = fmin(s->to->unresolved, from);
         } else if (until - from > FINEST * (s->t1 - s->t0)) {
             s->runs++;
-            search(s, from, until, COLUMNS, LANDINGS_OF_ONE, finer);
+            search(s, from, until, COLUMNS, LANDINGS_OF_ONE, largest, finer);
         }
     }
 }
@@ -159,7 +165,7 @@ enum ad_status phys_time_scan(const struct phys_system *system, const double *q,
     if (!scan->times)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (record(&s, system, q, v, error) == AD_OK)
-        search(&s, t0, t1, GRID, LANDINGS, scan->times + MOST);
+        search(&s, t0, t1, GRID, LANDINGS, 0, scan->times + MOST);
     qsort(scan->times, scan->n, sizeof *scan->times, ad_ascending);
     scan->resolution = (t1 - t0) / (GRID - 1);
     ad_program_free(s.program);

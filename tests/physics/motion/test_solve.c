@@ -316,7 +316,7 @@ static void an_error_does_not_depend_on_the_samples(void **state)
             assert_true(s.motion.distance[s.motion.n - 1] == s.motion.error_end);
             error = few == 0 ? s.motion.error : error;
             assert_close(s.motion.error, error, 1e-6, 0);
-            assert_true(s.motion.error > 1.5 * s.motion.error_end);
+            assert_true(k == 0 || s.motion.error > 1.5 * s.motion.error_end);
             end(&s);
         }
     }

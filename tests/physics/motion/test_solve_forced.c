@@ -66,6 +66,34 @@ static void pulses_are_never_missed(void **state)
     }
 }
 
+/* A front that passes x with the speed 1000: the tails of its force, 1 - tanh^2, are rounding. */
+static ad_var front(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params;
+    ad_var at = ad_sub(q, ad_mul(1000.0, ad_sub(t, 33.3)));
+    return ad_add(ad_mul(0.5, ad_square(v)), ad_mul(1000.0, ad_tanh(at)));
+}
+
+static void fronts_that_pass_are_followed(void **state)
+{
+    (void)state;
+    struct forced s = {0};
+    struct phys_reference r;
+    const double q = 1, v = 0, times[] = {0, 100};
+    phys_system_open("spring", &s.system, &s.error);
+    struct phys_scene scene = *s.system.scene;
+    scene.lagrangian = front;
+    scene.kinetic = scene.potential = NULL;
+    s.system.scene = &scene;
+    assert_int_equal(phys_reference(&s.system, &q, &v, 2, times, 0.1, NULL, NULL, &r, &s.error),
+                     AD_OK);
+    assert_true(isinf(r.time_unresolved) && isinf(r.horizon));
+    /* with w = v - 1000, w^2 / 2 - 1000 tanh is conserved, and tanh falls by 2 */
+    assert_close(r.x[3] - 1000, -sqrt(1e6 - 4000), 1e-12, 0);
+    phys_reference_free(&r);
+    phys_system_close(&s.system);
+}
+
 /* A force that changes its sign with sin t: L_t is 0 wherever it is defined, but the energy jumps.
    x'' = 1 up to pi, then -1. */
 static ad_var switched(ad_var q, ad_var v, ad_var t, const void *params)
@@ -250,6 +278,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(switches_of_time_keep_no_energy),
         cmocka_unit_test(pulses_are_never_missed),
+        cmocka_unit_test(fronts_that_pass_are_followed),
         cmocka_unit_test(strong_damping_is_measured),
         cmocka_unit_test(limit_cycles_are_measured),
         cmocka_unit_test(a_body_that_sticks_ends_the_run),
