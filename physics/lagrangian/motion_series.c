@@ -58,6 +58,12 @@ static enum ad_status series_of(const struct phys_motion_series *s, size_t n_y, 
         phys_tape_status(x[Q].tape, error);
         return ad_fail(error, AD_E_ARGUMENT, "taylor: no series of the forces; take dop853");
     }
+    if (ad_series_branches(*series) && s->columns > 0) /* no other method has them */
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s: forces have kinks (abs, min, max, relu, a root of a square, or a "
+                       "comparison), where variations of the motion jump; expected smooth ones, "
+                       "such as tanh(x/small) for sign(x)",
+                       phys_motion_system(s->motion)->scene->name);
     if (ad_series_branches(*series))
         return too_much(s, "L has kinks (abs, min, max, relu, a root of a square, or a comparison)",
                         error);

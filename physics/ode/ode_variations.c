@@ -78,7 +78,8 @@ enum ad_status phys_ode_parameters(const struct phys_system *system, size_t colu
         return ad_fail(error, AD_E_ARGUMENT, "%zu parameters; %s has %zu", n_params,
                        system->scene->name, system->scene->n_params);
     if (system->scene->ode)
-        return ad_fail(error, AD_E_ARGUMENT, "%s has equations of its own: no variations",
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s moves by a field of its own, not by L: its variations are not known",
                        system->scene->name);
     const size_t n = 2 * system->dof * (1 + columns + n_params);
     size_t *which = malloc((n_params + 1) * sizeof *which);

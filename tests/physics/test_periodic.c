@@ -147,6 +147,31 @@ static void a_limit_cycle_attracts(void **state)
     phys_system_close(&system);
 }
 
+static ad_var dry(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)q, (void)t, (void)params;
+    return ad_mul(-0.3, ad_sign(v));
+}
+
+/* No other method has variations: none is to be tried. */
+static void kinks_are_refused_without_another_method(void **state)
+{
+    const double x[] = {2, 0.1};
+    (void)state;
+    struct phys_scene scene = scene_of("dry", 1, spring, 100, 0.1, at_two);
+    struct phys_system system;
+    struct phys_periodic f;
+    struct ad_error error = {0};
+    scene.forces = dry;
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    const struct phys_periodic_settings how = {.size = sizeof how, .x = x, .period = 6.5};
+    assert_int_equal(phys_periodic_find(&system, &how, &f, &error), AD_E_ARGUMENT);
+    assert_non_null(strstr(error.message, "kinks"));
+    assert_null(strstr(error.message, "dop853"));
+    phys_periodic_free(&f);
+    phys_system_close(&system);
+}
+
 /* x'' + .3 x' + x = .5 cos 1.5 t. */
 static void a_driven_motion_has_the_period_of_its_drive(void **state)
 {
@@ -205,6 +230,7 @@ int main(void)
         cmocka_unit_test(the_pendulum_has_its_elliptic_period),
         cmocka_unit_test(the_orbit_of_arenstorf_is_unstable),
         cmocka_unit_test(a_limit_cycle_attracts),
+        cmocka_unit_test(kinks_are_refused_without_another_method),
         cmocka_unit_test(a_driven_motion_has_the_period_of_its_drive),
         cmocka_unit_test(what_does_not_close_is_said),
     };
