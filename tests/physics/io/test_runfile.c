@@ -291,6 +291,7 @@ static void test_wrong_reads(void **state)
     assert_mentions(error.message, "'nothing'");
     assert_int_equal(phys_hdf5_read(file, "path", 5, 1, values, &error), AD_E_INPUT);
     assert_int_equal(phys_hdf5_read(file, "path", 1, SIZE_MAX, values, &error), AD_E_INPUT);
+    assert_int_equal(phys_hdf5_read(file, "singles", 1, 3, values, &error), AD_E_INPUT);
     assert_int_equal(phys_hdf5_get(file, "/", "scene", values, &error), AD_E_INPUT);
     assert_int_equal(phys_hdf5_get(file, "/", "nothing", values, &error), AD_E_INPUT);
     assert_int_equal(phys_hdf5_get_text(file, "/", "dt", &text, &error), AD_E_INPUT);
