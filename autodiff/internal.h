@@ -97,9 +97,11 @@ struct loop {
 enum { SINGLE_BLOCKS = 16, GROUPED_BLOCKS = (1 << 21) / (sizeof(struct node) << BLOCK_BITS) };
 
 enum { RECENT_NUMBERS = 64 };
+enum { AD_FREED_TAPES = 64 }; /* kept to refuse their variables; a power of 2 */
 
 struct ad_tape {
     enum ad_type type;
+    bool freed;
     uint32_t recording; /* number of the recording, kept in handles */
     struct ad_error error;
     uint32_t n_scalars;  /* nodes before the first of another shape */

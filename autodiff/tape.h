@@ -12,8 +12,9 @@ enum ad_type { AD_F32, AD_F64 }; /* element type of a tape and of the programs c
 typedef struct ad_tape ad_tape;
 typedef struct ad_program ad_program;
 
-/* Handle of one value on a tape, passed by value. Valid until its tape is reset or freed; after a
-   reset operations refuse it with AD_E_TAPE. They also refuse {0}, which was never recorded. */
+/* Handle of one value on a tape, passed by value. Valid until its tape is reset or freed; then
+   operations refuse it with AD_E_TAPE, those on a freed tape and its variables until 64 more tapes
+   are freed. They also refuse {0}, which was never recorded. */
 typedef struct ad_var {
     ad_tape *tape;
     uint32_t id;

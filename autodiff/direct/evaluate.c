@@ -127,10 +127,10 @@ static bool all_given(const ad_tape *tape, uint32_t end, size_t n, const ad_var 
 
 static enum ad_status check(ad_var y, size_t n, const ad_var x[], struct ad_error *error)
 {
+    if (y.tape && y.tape->error.status != AD_OK)
+        return ad_fail(error, y.tape->error.status, "%s", y.tape->error.message);
     if (!ad_is_current(y))
         return ad_fail(error, AD_E_TAPE, "y is no variable of a tape, or of an earlier recording");
-    if (y.tape->error.status != AD_OK)
-        return ad_fail(error, y.tape->error.status, "%s", y.tape->error.message);
     for (size_t k = 0; k < n; k++) {
         if (!ad_is_current(x[k]) || x[k].tape != y.tape)
             return ad_fail(error, AD_E_TAPE, "x[%zu] is no variable of the tape of y", k);

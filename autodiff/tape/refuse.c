@@ -97,6 +97,7 @@ bool ad_all_on(ad_tape *tape, unsigned op, const char *what, size_t n, const ad_
     if (k == n)
         return true;
     const char *why = !x[k].tape          ? "was never recorded"
+                      : x[k].tape->freed  ? "is of a tape that was freed"
                       : x[k].tape != tape ? "is of another tape"
                                           : "was recorded before the tape was reset";
     const char *cause = !x[k].tape && x[k].id ? name_of(x[k].id - 1) : NULL;

@@ -138,7 +138,7 @@ ad_tape *ad_tape_copy(const ad_tape *tape)
 
 void ad_tape_reset(ad_tape *tape)
 {
-    if (!tape)
+    if (!tape || tape->freed)
         return;
     tape->error = (struct ad_error){0};
     tape->recording = next_recording();
@@ -150,9 +150,19 @@ void ad_tape_reset(ad_tape *tape)
     record_zero(tape); /* cannot fail: the memory was kept */
 }
 
+/* What is left of the last freed tapes refuses their variables. */
+static void keep_freed(ad_tape *tape)
+{
+    static _Atomic(ad_tape *) freed[AD_FREED_TAPES];
+    static atomic_uint last;
+    *tape = (ad_tape){.type = tape->type, .freed = true, .recording = next_recording()};
+    ad_fail(&tape->error, AD_E_TAPE, "the tape was freed");
+    free(atomic_exchange(&freed[atomic_fetch_add(&last, 1) % AD_FREED_TAPES], tape));
+}
+
 void ad_tape_free(ad_tape *tape)
 {
-    if (!tape)
+    if (!tape || tape->freed)
         return;
     for (size_t i = 0; i < tape->n_blocks; i++)
         if (blocks_from(i))
@@ -160,7 +170,8 @@ void ad_tape_free(ad_tape *tape)
     AD_FREE(tape->blocks, tape->numbers, tape->lists, tape->customs, tape->labels, tape->texts);
     ad_direct_free(tape->direct);
     ad_loops_free(tape);
-    AD_FREE(tape->loops, tape);
+    free(tape->loops);
+    keep_freed(tape);
 }
 
 const struct ad_error *ad_tape_error(const ad_tape *tape)

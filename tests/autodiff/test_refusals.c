@@ -277,6 +277,55 @@ static void test_earlier_recording(void **state)
     ad_tape_free(t);
 }
 
+static void assert_freed(const ad_tape *t)
+{
+    assert_int_equal(ad_tape_error(t)->status, AD_E_TAPE);
+    assert_mentions(ad_tape_error(t)->message, "freed");
+}
+
+/* Variables of a freed tape, and the tape: errors until 64 more are freed. */
+static void test_freed_tape(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 3, 4, "x"), old = ad_exp(x), g;
+    ad_program *p;
+    double value = 7;
+    struct ad_error error = {0};
+    ad_tape_free(t);
+    for (int k = 1; k < 64; k++) {
+        ad_tape *live = ad_tape_new(AD_F64);
+        ad_var near = ad_input(live, 3, 4, "near");
+        ad_add(near, old);
+        assert_freed(live);
+        ad_tape_free(live);
+    }
+    for (size_t k = 0; k < N_OPERATIONS; k++) {
+        ad_tape *live = ad_tape_new(AD_F64);
+        ad_var y = operations[k].record(old);
+        assert_freed(y.tape);
+        assert_int_equal(ad_compile(live, 1, &y, &p), AD_E_TAPE);
+        ad_tape_free(live);
+        t = ad_tape_new(AD_F64);
+        old = ad_exp(ad_input(t, 3, 4, "x"));
+        ad_tape_free(t);
+    }
+    assert_int_equal(ad_rows(old), 0);
+    assert_int_equal(ad_grad(old, 1, &old, &g), AD_E_TAPE);
+    assert_int_equal(ad_evaluate(0, NULL, NULL, old, &value, &error), AD_E_TAPE);
+    assert_mentions(error.message, "freed");
+    assert_true(value == 7);
+    ad_tape_reset(t);
+    ad_tape_free(t);
+    assert_freed(t);
+    ad_input(t, 1, 1, "x");
+    ad_const(t, 1, 2, (double[]){1, 2});
+    ad_place(t, 8, 1, 1, &old, (size_t[]){0}, (size_t[]){0});
+    assert_int_equal(ad_tape_size(t), 0);
+    assert_int_equal(ad_compile(t, 0, NULL, &p), AD_E_TAPE);
+    assert_false(ad_tape_same(t, NULL));
+}
+
 /* E4: where numbers of nodes agree, before and after tapes are reset, freed, made in their place.
  */
 static void test_program_knows_its_variables(void **state)
@@ -384,6 +433,7 @@ int main(void)
         cmocka_unit_test(test_concat_of_nothing),
         cmocka_unit_test(test_no_tape),
         cmocka_unit_test(test_earlier_recording),
+        cmocka_unit_test(test_freed_tape),
         cmocka_unit_test(test_program_knows_its_variables),
         cmocka_unit_test(test_operations_by_number),
         cmocka_unit_test(test_powers_by_products),
