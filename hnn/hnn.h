@@ -45,7 +45,7 @@ enum hnn_start {
     HNN_HE          /* normal, variance 2/inputs */
 };
 
-enum { HNN_LAYERS_MOST = 16 };
+enum { HNN_LAYERS_MOST = 16, HNN_ROLLOUT_MOST = 1 << 16 };
 
 /* A network of the caller's own in place of the perceptrons. Files of its models keep `name` and
    the parameters; the function stays with the program. */
@@ -302,7 +302,7 @@ struct hnn_training {
     double
         average; /* the model gets the mean of the parameters over about this last fraction of the
                     steps, 0 ... 1; 0, and always with lbfgs: the parameters of the last step */
-    size_t rollout;  /* K: loss on K Runge-Kutta steps; 0: loss on the rates */
+    size_t rollout;  /* K, up to HNN_ROLLOUT_MOST: loss on K Runge-Kutta steps; 0: on the rates */
     double dt;       /* their length, where the samples have no `steps` */
     size_t every;    /* steps between losses on the test set, and rows of the history; 0: 10 */
     size_t patience; /* stop when the test loss has not decreased for this many steps, and return to

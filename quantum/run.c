@@ -101,14 +101,37 @@ static enum ad_status leap(const struct qm_run_settings *run, struct qm_run_resu
     return error->status;
 }
 
+static enum ad_status check(const struct qm_run_settings *run, struct ad_error *error)
+{
+    const size_t most = SIZE_MAX / 64 / run->slice->grid.n;
+    if (!run->packets || !run->every)
+        return ad_fail(error, AD_E_ARGUMENT, "%s: expected at least 1, got 0",
+                       run->packets ? "every" : "packets");
+    if (run->packets > most || run->steps / run->every >= most / run->packets - 1)
+        return ad_fail(error, AD_E_MEMORY, "out of memory: %zu packets, %zu steps", run->packets,
+                       run->steps);
+    for (size_t p = 0; p < run->packets; p++) {
+        const struct qm_gaussian *g = &run->packet[p];
+        if (!(g->sigma > 0 && isfinite(g->sigma) && isfinite(g->x) && isfinite(g->p)))
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "packet %zu: %g,%g,%g; expected finite numbers, the width above 0",
+                           p + 1, g->x, g->sigma, g->p);
+    }
+    return AD_OK;
+}
+
 enum ad_status qm_run(const struct qm_run_settings *run, struct qm_run_result *result,
                       struct ad_error *error)
 {
-    if (AD_LACKS_RESULT(error, result) ||
-        AD_LACKS(error, run, run->slice, run->method, run->packet, run->packets, run->every))
+    struct qm_slice slice;
+    if (AD_LACKS_RESULT(error, result) || AD_LACKS(error, run))
         return error->status;
     AD_OWN(qm_run_settings, run, context, error);
-    if (reserve(run, result, error) != AD_OK)
+    if (AD_LACKS(error, run->slice, run->method, run->packet) ||
+        !AD_TAKE(&slice, run->slice, threads, error) || qm_slice_check(&slice, error) != AD_OK)
+        return error->status;
+    run_own.slice = &slice;
+    if (check(run, error) != AD_OK || reserve(run, result, error) != AD_OK)
         return error->status;
     for (size_t p = 0; p < run->packets; p++)
         if (qm_packet_wound(run->slice, &run->slice->grid, &run->packet[p], run->packets, p,

@@ -31,7 +31,7 @@ void qm_slit_defaults_to(struct qm_slit_setup *settings)
 
 static enum ad_status reserve(struct qm_slit *s, struct ad_error *error)
 {
-    size_t n = s->x.n, all = n * n;
+    const size_t n = s->x.n, most = (size_t)1 << 24, all = n < most ? n * n : SIZE_MAX / 1024;
     s->Kx = calloc(5 * all, sizeof *s->Kx);
     s->density = malloc((FRAMES + 2) * all * sizeof *s->density);
     s->time = malloc((FRAMES + 2) * sizeof *s->time);

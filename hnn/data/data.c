@@ -39,7 +39,10 @@ static enum ad_status check_settings(const struct hnn_dataset_settings *s, struc
         return ad_fail(
             error, AD_E_ARGUMENT,
             "test samples: expected a file of their own or a fraction, got both; leave one out");
-    if (s->rollout && !s->time && !(s->dt > 0))
+    if (s->rollout > HNN_ROLLOUT_MOST)
+        return ad_fail(error, AD_E_ARGUMENT, "rollout: expected at most %d steps, got %zu",
+                       HNN_ROLLOUT_MOST, s->rollout);
+    if (s->rollout && !s->time && !(s->dt > 0 && isfinite(s->dt)))
         return ad_fail(error, AD_E_ARGUMENT,
                        "a loss on rollouts needs the time column, or the time step");
     if (s->rollout && !s->time && s->skip_missing)

@@ -67,8 +67,8 @@ struct hnn_dataset_settings {
        are one trajectory. Differences and rollouts cross neither its ends nor gaps: time steps over
        three times the median. */
     const char *trial;
-    /* K > 0: targets are the next K states instead of rates, in the steps of `time`, or of `dt`
-       where there is no such column. */
+    /* K, up to HNN_ROLLOUT_MOST; not 0: targets are the next K states instead of rates, in the
+       steps of `time`, or of `dt` where there is no such column. */
     size_t rollout;
     double dt;
     bool skip_missing; /* skip rows in which a chosen column lacks a value, instead of refusing them

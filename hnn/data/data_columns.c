@@ -52,8 +52,11 @@ enum ad_status hnn_columns_open(const struct hnn_columns *columns, const char *w
                                 struct hnn_source **source, struct ad_error *error)
 {
     *source = NULL;
-    if (AD_LACKS(error, columns, columns->n, columns->rows, columns->column))
+    if (AD_LACKS(error, columns, columns->column))
         return error->status;
+    if (!columns->n || !columns->rows)
+        return ad_fail(error, AD_E_ARGUMENT, "%s: %zu columns of %zu rows; expected some", what,
+                       columns->n, columns->rows);
     for (size_t k = 0; k < columns->n; k++)
         if (!columns->column[k])
             return ad_fail(error, AD_E_ARGUMENT, "%s: column %zu is NULL", what, k + 1);

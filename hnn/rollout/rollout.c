@@ -132,10 +132,18 @@ static enum ad_status check(const struct phys_ode *ode, const struct hnn_rollout
         return ad_fail(error, AD_E_ARGUMENT, "a rollout needs at least one output, its start");
     if (AD_LACKS(error, s->t))
         return error->status;
-    for (size_t k = 1; k < s->n; k++)
-        if (!(s->t[k] > s->t[k - 1]))
-            return ad_fail(error, AD_E_ARGUMENT, "outputs at %g and then %g: times must increase",
-                           s->t[k - 1], s->t[k]);
+    for (size_t k = 0; k < s->n; k++)
+        if (!isfinite(s->t[k]) || (k && !(s->t[k] > s->t[k - 1])))
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "outputs at %g and then %g: times must be finite and increase",
+                           s->t[k ? k - 1 : 0], s->t[k]);
+    const double number[] = {s->dt, s->rtol};
+    for (size_t k = 0; k < 2; k++)
+        if (!(number[k] >= 0 && isfinite(number[k])))
+            return ad_fail(error, AD_E_ARGUMENT, "%s: expected more than 0, or 0 for none, got %g",
+                           k ? "rtol" : "dt", number[k]);
+    if (!isfinite(s->add))
+        return ad_fail(error, AD_E_ARGUMENT, "add: expected a finite energy, got %g", s->add);
     if (s->add != 0 && !(ode->canonical && ode->energy))
         return ad_fail(error, AD_E_ARGUMENT,
                        "adding energy needs a purely symplectic field, which %s lacks", ode->name);

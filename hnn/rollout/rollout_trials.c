@@ -4,6 +4,7 @@
 #include "autodiff/sized.h"
 #include "hnn/tasks/task.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 /* Tolerance of the true motion: its energy error is then far below any model's. */
@@ -70,12 +71,15 @@ static enum ad_status prepare(const struct hnn_task *task, const struct hnn_tria
 {
     size_t points = trials->points ? trials->points : POINTS;
     double time = trials->time > 0 ? trials->time : TIME;
+    if (!(trials->time >= 0 && isfinite(trials->time)))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "time: expected more than 0, or 0 as published, got %g", trials->time);
     if (s->model->n != 2 * task->dof)
         return ad_fail(error, AD_E_ARGUMENT, "%s has %zu coordinates and momenta, %s has %zu",
                        s->model->name, s->model->n, task->name, 2 * task->dof);
-    if (points < 2 || !(s->t = malloc(points * sizeof *s->t)))
-        return ad_fail(error, points < 2 ? AD_E_ARGUMENT : AD_E_MEMORY, "no room for %zu points",
-                       points);
+    if (points < 2 || !(s->t = calloc(points, sizeof *s->t)))
+        return ad_fail(error, points < 2 ? AD_E_ARGUMENT : AD_E_MEMORY,
+                       "points: expected at least 2, got %zu", points);
     s->sampling = task->published;
     s->sampling.strength = hnn_task_strength(task, trials->strength);
     hnn_times(0, time, points, s->t);

@@ -34,6 +34,9 @@ enum ad_status hnn_task_ode(const struct hnn_task *task, double strength, struct
 {
     if (AD_LACKS(error, task, ode))
         return error->status;
+    if (!(strength >= 0 && isfinite(strength)))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "strength: expected more than 0, or 0 as published, got %g", strength);
     strength = hnn_task_strength(task, strength);
     enum ad_status status = task->H
                                 ? phys_ode_hamiltonian(task->H, task->dof, &strength, ode, error)

@@ -53,6 +53,11 @@ enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_train
         return ad_fail(error, AD_E_ARGUMENT,
                        "frames of %zu pixels to train on, and of %zu for the test", train->frame,
                        test->frame);
+    if (s->steps == 0)
+        return ad_fail(error, AD_E_ARGUMENT, "steps: expected at least 1, such as 2000, got 0");
+    if (s->rollout > HNN_ROLLOUT_MOST)
+        return ad_fail(error, AD_E_ARGUMENT, "rollout: expected at most %d steps, got %zu",
+                       HNN_ROLLOUT_MOST, s->rollout);
     if (pixels && s->rollout)
         return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs a model of states");
     if (s->batch > train->n)

@@ -9,12 +9,20 @@
 static enum ad_status check(const struct phys_system *system, const struct phys_fit_data *data,
                             const struct phys_fit_settings *how, struct ad_error *error)
 {
+    const size_t d = 2 * system->dof;
     if (data->n < 2)
         return ad_fail(error, AD_E_ARGUMENT, "%zu rows; expected at least 2", data->n);
     if (!(how->held_out >= 0 && how->held_out < 1))
         return ad_fail(error, AD_E_ARGUMENT, "held-out share: expected 0 to less than 1, got %g",
                        how->held_out);
+    for (size_t i = 0; how->noise && i < d; i++)
+        if (!(how->noise[i] >= 0 && isfinite(how->noise[i])))
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "noise %zu: expected more than 0, or 0 where it is unknown, got %g",
+                           i + 1, how->noise[i]);
     for (size_t k = 0; k < how->n_free; k++) {
+        if (AD_LACKS(error, how->free[k]))
+            return error->status;
         if (phys_param_refuse(system, how->free[k], error) != AD_OK)
             return error->status;
         for (size_t j = 0; j < k; j++)
@@ -22,6 +30,11 @@ static enum ad_status check(const struct phys_system *system, const struct phys_
                 return ad_fail(error, AD_E_ARGUMENT, "parameter %s is given twice", how->free[k]);
     }
     for (size_t k = 0; k < data->n; k++) {
+        for (size_t i = 0; i < d; i++)
+            if (isinf(data->x[k * d + i]))
+                return ad_fail(error, AD_E_ARGUMENT,
+                               "row %zu: column %zu is infinite; expected NaN if not measured",
+                               k + 1, i + 1);
         const bool same = k > 0 && phys_fit_trial(data, k) == phys_fit_trial(data, k - 1);
         if (!isfinite(data->t[k]) || (same && !(data->t[k] > data->t[k - 1])))
             return ad_fail(error, AD_E_ARGUMENT,

@@ -40,7 +40,7 @@ static size_t instructions(const struct phys_system *system, bool moves, bool de
    derivative by t, and no instruction more than where t is fixed. */
 bool phys_keeps_energy(const struct phys_system *system, struct ad_error *error)
 {
-    if (error->status != AD_OK || !system || !system->scene || phys_system_has_forces(system))
+    if (AD_LACKS(error, system, system->scene) || phys_system_has_forces(system))
         return false;
     size_t n = instructions(system, true, false, error);
     return n == 0 || (n != SIZE_MAX && n == instructions(system, false, false, error) &&

@@ -14,7 +14,7 @@ AD_HEADER_BEGIN
 
 /* True if L does not depend on time explicitly: the energy is constant, and a change of it is an
    error. False also where that cannot be decided, and for a term in t with a factor of 0; only
-   want of memory is an error. */
+   want of memory and NULL are errors. */
 bool phys_keeps_energy(const struct phys_system *system, struct ad_error *error);
 
 struct phys_conserved {

@@ -2,6 +2,7 @@
 #include "autodiff/free.h"
 #include "autodiff/sized.h"
 #include "ensemble_run.h"
+#include "solving.h"
 #include "autodiff/clock.h"
 #include "autodiff/exec/pool.h"
 
@@ -248,11 +249,15 @@ enum ad_status phys_ensemble_met(const struct phys_ensemble_settings *settings,
 static enum ad_status refuse(const struct phys_ensemble_settings *s, struct ad_error *error)
 {
     const struct phys_integrator *given = s->motion->integrator;
-    if (s->n == 0 || (s->n_columns && (!s->names || !s->values)))
-        return ad_fail(error, AD_E_ARGUMENT, "an ensemble of %zu members and %zu columns", s->n,
-                       s->n_columns);
-    if (!(s->motion->time > 0) || !isfinite(s->motion->time))
-        return ad_fail(error, AD_E_ARGUMENT, "time: expected more than 0, got %g", s->motion->time);
+    if (s->n == 0)
+        return ad_fail(error, AD_E_ARGUMENT, "an ensemble of 0 members; expected some");
+    if (s->n_columns && AD_LACKS(error, s->names, s->values))
+        return error->status;
+    if (phys_motion_refuse(s->motion, error) != AD_OK)
+        return error->status;
+    if (!isfinite(s->motion->time))
+        return ad_fail(error, AD_E_ARGUMENT, "time: expected a finite one, got %g",
+                       s->motion->time);
     if (given && !given->adaptive)
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s has fixed steps; expected one that chooses them: taylor, dop853 or "

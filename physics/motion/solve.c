@@ -308,12 +308,9 @@ static enum ad_status follow(struct solving *s, struct ad_error *error)
     return error->status;
 }
 
-static enum ad_status begin(struct solving *s, struct ad_error *error)
+enum ad_status phys_motion_refuse(const struct phys_motion_settings *settings,
+                                  struct ad_error *error)
 {
-    const struct phys_motion_settings *settings = s->settings;
-    struct phys_motion_solution *m = s->solution;
-    const struct phys_scene *scene = m->system->scene;
-    size_t dof = m->system->dof;
     if (!(settings->time > 0))
         return ad_fail(error, AD_E_ARGUMENT, "time: expected more than 0, got %g", settings->time);
     const double number[] = {settings->error, settings->dt, settings->tolerance};
@@ -323,6 +320,17 @@ static enum ad_status begin(struct solving *s, struct ad_error *error)
                            (const char *[]){"error", "dt", "tolerance"}[k], number[k]);
     if (settings->n_crossings && !settings->crossings)
         return ad_fail(error, AD_E_ARGUMENT, "%zu crossings: got NULL", settings->n_crossings);
+    return AD_OK;
+}
+
+static enum ad_status begin(struct solving *s, struct ad_error *error)
+{
+    const struct phys_motion_settings *settings = s->settings;
+    struct phys_motion_solution *m = s->solution;
+    const struct phys_scene *scene = m->system->scene;
+    size_t dof = m->system->dof;
+    if (phys_motion_refuse(settings, error) != AD_OK)
+        return error->status;
     if (!(m->start = calloc(2 * dof, sizeof *m->start)))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (phys_motion_start(m->system, settings->seed, settings->q, settings->v, m->start, error) !=

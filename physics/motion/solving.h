@@ -38,6 +38,10 @@ static inline bool solving_widen(double **x, size_t count)
 enum ad_status phys_motion_start(const struct phys_system *system, uint64_t seed, const double *q,
                                  const double *v, double *start, struct ad_error *error);
 
+/* AD_E_ARGUMENT for numbers out of range, and crossings that are counted and not there. */
+enum ad_status phys_motion_refuse(const struct phys_motion_settings *settings,
+                                  struct ad_error *error);
+
 /* Finds a method and a setting for the error asked for, or a tighter setting than the one that
    erred by `missed`, or another method; false if there is none (choose.c). */
 enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error);

@@ -185,6 +185,10 @@ static enum ad_status begin(struct orbit *o, struct phys_periodic *found, struct
     if (!(o->settings->period > 0) || !isfinite(o->settings->period))
         return ad_fail(error, AD_E_ARGUMENT, "period: expected more than 0, got %g",
                        o->settings->period);
+    for (size_t i = 0; i < d; i++)
+        if (!isfinite(o->settings->x[i]))
+            return ad_fail(error, AD_E_ARGUMENT, "x[%zu] = %g; expected a finite start", i,
+                           o->settings->x[i]);
     o->rows = d + o->settings->hold_energy;
     o->columns = d + !o->settings->hold_period;
     found->n = d;

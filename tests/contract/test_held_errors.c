@@ -1,6 +1,7 @@
 /* Every public function that takes an error does nothing if there is one already: it returns, and
    touches no argument but the result that it would make. Arguments point to memory that nobody may
-   read. scripts/check-headers asks that each function of the headers is in the table. */
+   read; and it refuses NULL. scripts/check-headers asks that each function of the headers is in the
+   table. */
 #include "tests/close.h"
 #include "autodiff/autodiff.h"
 #include "autodiff/program.h"
@@ -254,8 +255,23 @@ static void test_all(void **state)
     assert_int_equal(wrong, 0);
 }
 
+/* The same functions, handed NULL alone: an error with a message. */
+static void test_null(void **state)
+{
+    size_t wrong = 0;
+    (void)state;
+    P = O = NULL;
+    for (size_t k = 0; k < sizeof table / sizeof *table; k++) {
+        struct ad_error error = {0};
+        table[k].call(&error);
+        if (error.status == AD_OK || !*error.message)
+            print_message("%s takes NULL: %d\n", table[k].name, error.status), wrong++;
+    }
+    assert_int_equal(wrong, 0);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_all)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_all), cmocka_unit_test(test_null)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,29 +6,11 @@
 #include "physics/motion/solve.h"
 #include "physics/physics.h"
 #include "physics/stability/stability.h"
-#include "tests/mentions.h"
+#include "tests/contract/settings.h"
 
 #include <math.h>
 
 static struct phys_system pendulum;
-static int wrong;
-
-/* Good settings with one change: refused by the name of it, or, with no name, taken. */
-static void judge(const char *change, enum ad_status status, const struct ad_error *error,
-                  const char *names)
-{
-    if (!*names ? status == AD_OK : status == AD_E_ARGUMENT && mentions(error->message, names))
-        return;
-    print_error("%s: %d, \"%s\"\n", change, status, error->message);
-    wrong++;
-}
-#define TRY(good, use, names, ...)                                                                 \
-    do {                                                                                           \
-        struct ad_error error = {0};                                                               \
-        __typeof__(good()) s = good();                                                             \
-        __VA_ARGS__;                                                                               \
-        judge(#__VA_ARGS__, use(&s, &error), &error, names);                                       \
-    } while (0)
 
 /* ---- autodiff ---- */
 
