@@ -1,5 +1,6 @@
 /* Assertions for cmocka tests of a Lagrangian or of a program on the tape. A failed check prints
    the report of all, with the worst entry of each, and fails the test at the line of the assertion.
+   One that passes prints it where L has a kink, or an L_vv that is not positive definite.
 
        assert_lagrangian(&scene);           phys_check_all along the scene's own motion
        assert_lagrangian_at(&scene, &points);   ... at the caller's points
@@ -35,9 +36,12 @@ static inline void phys_assert_lagrangian(const char *file, int line,
     struct ad_error error = {AD_OK, ""};
     bool passed = phys_system_make(scene, &system, &error) == AD_OK &&
                   phys_check_all(&system, points, 0, &checks, &error) == AD_OK && checks.passed;
-    if (!passed && error.status == AD_OK)
+    bool remark = passed && (checks.kink || checks.negative_most);
+    if (error.status == AD_OK && (!passed || remark))
         phys_checks_text(&system, &checks, text, sizeof text);
     phys_system_close(&system);
+    if (remark)
+        print_message("%s", text);
     if (passed)
         return;
     print_error("%s%s\n", text, error.message);
