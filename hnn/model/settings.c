@@ -2,7 +2,6 @@
 #include "internal.h"
 #include "autodiff/sized.h"
 
-#include <math.h>
 #include <string.h>
 
 const char *const hnn_kinds[] = {"baseline", "hnn", "lnn", NULL};
@@ -10,11 +9,11 @@ const char *const hnn_field_types[] = {"symplectic", "conservative", "both", NUL
 const char *const hnn_starts[] = {"orthogonal", "xavier", "he", NULL};
 const char *const hnn_precisions[] = {"f32", "f64", NULL};
 
-/* D. Hendrycks, K. Gimpel, arXiv 1606.08415: by tanh, as approximate='tanh' of PyTorch. */
+/* D. Hendrycks, K. Gimpel, arXiv 1606.08415: x Phi(x) as approximate='tanh' of PyTorch has it. */
 static ad_var gelu(ad_var x)
 {
-    ad_var u = ad_mul(sqrt(2 / M_PI), ad_add(x, ad_mul(0.044715, ad_cube(x))));
-    return ad_mul(ad_mul(0.5, x), ad_add(1, ad_tanh(u)));
+    ad_var u = ad_add(x, ad_mul(0.044715, ad_cube(x)));
+    return ad_mul(x, ad_sigmoid(ad_mul(1.5957691216057308, u))); /* 2 sqrt(2 / pi) */
 }
 
 static ad_var elu(ad_var x) { return ad_select(ad_gt(x, 0), x, ad_expm1(x)); }
@@ -73,7 +72,7 @@ enum ad_status hnn_activation_find(const char *name, const struct hnn_activation
         names[k] = hnn_activations[k].name;
     names[k] = NULL;
     if (hnn_find("activation", name, names, &k, error) == AD_OK)
-        *activation = &hnn_activations[k];
+        *activation = hnn_activations + k;
     return error->status;
 }
 
