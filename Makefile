@@ -153,7 +153,7 @@ $(BUILD)/libraries.h: $(BUILD)/flags
 	@$(CC) -shared -x c /dev/null -Wl,--no-as-needed $(PKG_LIBS) -o $@.so
 	@readelf -d $@.so | sed -nE 's/.*NEEDED.*\[lib(hdf5|openblas)(.*)\]/#define AD_LIBRARY_\1 "lib\1\2"/p' > $@
 
-LAZY := tests/physics/test_linear autodiff/blas autodiff/lazy physics/linear/linear $(basename $(wildcard physics/io/hdf5_*.c))
+LAZY := tests/physics/test_linear tests/apps/shell autodiff/blas autodiff/lazy physics/linear/linear $(basename $(wildcard physics/io/hdf5_*.c))
 $(LAZY:%=$(BUILD)/%.o): $(BUILD)/libraries.h
 
 # The template of pages as the elements of an array.

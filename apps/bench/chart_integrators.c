@@ -13,7 +13,7 @@ enum { ROUNDS = 3, MOST_METHODS = WORK_CURVES };
 static const struct effort {
     double evaluations, seconds, refinement; /* of a run; factor from step to step */
     size_t rounds;                           /* 0: the time of the run that gave the error */
-} thorough = {3e5, 0.1, 1.4142135623730951, ROUNDS}, quick = {1e4, 0.05, 2, 0};
+} thorough = {3e5, 0.1, 1.4142135623730951, ROUNDS}, quick = {1e4, 0.015, 2, 0};
 
 static const double short_run = 5e-4; /* seconds that are long enough for the clock ... */
 static const double long_run = 0.01;  /* ... and for what disturbs them to even out */

@@ -269,7 +269,7 @@ enum ad_status chart_tape(struct chart *chart, struct ad_error *error)
 {
     struct sheet *sheet = chart_sheet(chart, "tape", columns, error);
     struct plot *plot = chart_picture(chart, "tape", error);
-    double most = chart->quick ? 1e5 : 1e7;
+    double most = chart->quick ? 1e4 : 1e7;
     for (size_t s = 0; s < N_PROGRAMS; s++)
         for (double n = 1e3; n < 1.1 * most && error->status == AD_OK; n *= 10)
             measure(&programs[s], n, chart->quick ? 2 : 5, sheet, error);

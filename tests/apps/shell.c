@@ -3,8 +3,10 @@
 #include "tests/close.h"
 #include "apps/command.h"
 #include "apps/interrupt.h"
+#include "libraries.h"
 
 #include <dirent.h>
+#include <dlfcn.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -24,8 +26,16 @@ static const char *build(void)
     return given ? given : "build";
 }
 
+/* Loaded once here, not by each child that uses them: that takes longer than most runs. */
+static void load_libraries(void)
+{
+    dlopen(AD_LIBRARY_hdf5, RTLD_LAZY | RTLD_LOCAL);
+    dlopen(AD_LIBRARY_openblas, RTLD_LAZY | RTLD_LOCAL);
+}
+
 int shell_setup(void **state)
 {
+    load_libraries();
     (void)state;
     char name[4096], *root = realpath(".", NULL);
     const char *given = getenv("LEASTACTION");

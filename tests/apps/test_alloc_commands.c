@@ -29,7 +29,7 @@ static const char *const table[] = {
     "train data.csv --hidden 4 --steps 3 --test-fraction 0.2 --out a.h5 --log a.csv --quiet",
     "rollout model.h5 --x0 1,0 --time 1 --points 5 --truth spring --out a.h5 --csv a.csv --quiet",
     "field model.h5 --grid 3 --out a.h5 --csv a.csv --quiet",
-    "chart gas --quick --out . --quiet",
+    "chart ephemeris --data include/tests/data/horizons --days 5 --out . --quiet",
     "dump model.h5 --json",
     "view model.h5 --plot a.html --quiet",
     "report . --plot a.html --quiet",

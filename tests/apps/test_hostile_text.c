@@ -2,6 +2,7 @@
    contain: no command in them runs, no control character is printed, and the picture is drawn. */
 #include "tests/close.h"
 #include "shell.h"
+#include "tests/files.h"
 #include "physics/io/hdf5_file.h"
 #include "physics/io/utf8.h"
 
@@ -60,6 +61,16 @@ static void works_harmlessly(const char *line)
     assert_printable(shell_out(), getenv("S"));
 }
 
+static void assert_printable_picture(const char *name)
+{
+    size_t size;
+    char *svg = files_read(shell_path(name), &size);
+    for (char *tab = svg; (tab = strchr(tab, '\t'));)
+        *tab = ' ';
+    assert_printable(strstr(svg, "<svg"), getenv("S"));
+    free(svg);
+}
+
 static bool no_gnuplot(void)
 {
     if (shell("command -v gnuplot") == 0)
@@ -73,7 +84,8 @@ static void write_data(void)
     shell_works("printf 't,q,p,dqdt,dpdt\\n0,1,0,0,-2\\n1,0,1,2,0\\n2,-1,0,0,2\\n' >d.csv");
 }
 
-/* All three kinds of picture that a unit of a model gets into. */
+/* All kinds of picture that a unit of a model gets into, each text in one of two: both quote alike.
+ */
 static void test_units_of_models(void **state)
 {
     (void)state;
@@ -84,12 +96,11 @@ static void test_units_of_models(void **state)
         setenv("S", hostile[k], 1);
         works_harmlessly(
             "$LA train d.csv --state q,p --steps 2 --hidden 4 --out m.h5 --unit \"$S\"");
-        works_harmlessly("$LA rollout m.h5 --time 1 --x0 .5,0 --points 3 --plot x.svg");
-        works_harmlessly("$LA field m.h5 --grid 3 --plot y.svg");
+        works_harmlessly(k / 2 % 2 ? "$LA rollout m.h5 --time 1 --x0 .5,0 --points 3 --plot x.svg"
+                                   : "$LA field m.h5 --grid 3 --plot x.svg");
         works_harmlessly("$LA dump m.h5");
         works_harmlessly("$LA dump m.h5 --json");
-        shell_works("cat x.svg y.svg | tr -d '\\t'");
-        assert_printable(strstr(shell_out(), "<svg"), hostile[k]);
+        assert_printable_picture("x.svg");
     }
 }
 
@@ -100,12 +111,11 @@ static void test_names_of_files(void **state)
         skip();
     for (size_t k = 0; k < N; k++) {
         setenv("S", hostile[k], 1);
-        works_harmlessly("$LA path pendulum --slices 5 --steps 2 --solver adam --plot=\"$S.svg\" "
-                         "--csv=\"$S.csv\" --out=\"$S.h5\" --json");
-        shell_works("rm -- \"./$S.svg\" \"./$S.csv\" \"./$S.h5\" && mkdir -- \"$S\"");
-        shell_works("$LA path pendulum --slices 5 --steps 2 --solver adam --plot \"$S/x.svg\" "
-                    "--csv \"$S/x.csv\" --out \"$S/x.h5\" --quiet");
-        assert_harmless(hostile[k]);
+        shell_works("mkdir -- \"$S\"");
+        works_harmlessly(
+            "$LA path pendulum --slices 5 --steps 2 --solver adam --plot=\"$S/$S.svg\" "
+            "--csv=\"$S.csv\" --out=\"$S.h5\" --json");
+        shell_works("test -s \"./$S/$S.svg\" && test -s \"./$S.csv\" && test -s \"./$S.h5\"");
         assert_int_equal(shell("$LA path pendulum --init \"$S/missing\""), 2);
         assert_printable(shell_err(), hostile[k]);
         assert_int_equal(shell("$LA simulate pendulum --event \"$S\""), 2);
@@ -203,7 +213,7 @@ static void test_scenes(void **state)
 static void test_build(void **state)
 {
     (void)state;
-    for (size_t k = 0; k < N; k++) {
+    for (size_t k = 1; k < N; k += 3) {
         setenv("S", hostile[k], 1);
         shell_works(
             "mkdir -- \"$S\" && cp -- \"$ROOT/tests/apps/scenes/good.c\" "

@@ -30,8 +30,9 @@ static void test_signals(void **state)
 static void test_gnuplot_ends(void **state)
 {
     (void)state;
-    static const char *const lines[] = {"chart gas --quick --out . --quiet",
-                                        "path pendulum --slices 5 --plot a.svg --quiet"};
+    static const char *const lines[] = {
+        "chart ephemeris --data $ROOT/tests/data/horizons --days 5 --out . --quiet",
+        "path pendulum --slices 5 --plot a.svg --quiet"};
     for (size_t k = 0; k < sizeof lines / sizeof *lines; k++) {
         shell_works("mkdir bin && printf '#!/bin/sh\\necho $$ >pid.new && mv pid.new pid\\n"
                     "exec cat never\\n' >bin/gnuplot && chmod +x bin/gnuplot && mkfifo never");

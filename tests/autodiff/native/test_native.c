@@ -130,7 +130,7 @@ static void random_program(enum ad_type type, uint64_t seed, double tolerance)
     struct world w;
     char name[48];
     snprintf(name, sizeof name, "program %llu", (unsigned long long)seed);
-    world_init(&w, type, seed, 1, widths[seed % (sizeof widths / sizeof *widths)], 60, false);
+    world_init(&w, type, seed, 1, widths[seed % LENGTH(widths)], 40, false);
     struct twins t = make_twins(w.tape, w.n, w.var);
     for (size_t k = 0; k < w.n_inputs; k++) {
         ad_set(t.interpreted, w.var[k], w.m[k].v);
@@ -150,7 +150,7 @@ static void test_random_programs(void **state)
 {
     (void)state;
     native_need_compiler();
-    for (uint64_t seed = 0; seed < 12; seed++)
+    for (uint64_t seed = 0; seed < LENGTH(widths); seed++)
         random_program(AD_F64, seed, 1e-12);
 }
 
@@ -206,7 +206,8 @@ static void test_pairs(void **state)
     native_need_compiler();
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
         pair_law(AD_F64, sizes[k].bodies, sizes[k].cols, 1e-13);
-        pair_law(AD_F32, sizes[k].bodies, sizes[k].cols, 2e-5);
+        if (k % 3 == 0) /* the smallest, the widest, the longest rows */
+            pair_law(AD_F32, sizes[k].bodies, sizes[k].cols, 2e-5);
     }
 }
 
