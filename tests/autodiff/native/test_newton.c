@@ -11,7 +11,7 @@
 
 enum { COLUMNS = 4099, MOST = 6 }; /* no whole number of vectors */
 
-static size_t blocks = 20;
+static size_t blocks = 8;
 static bool native;
 static uint64_t seed;
 
@@ -220,5 +220,5 @@ int main(int argc, char **argv)
     if (argc > 1)
         blocks = strtoul(argv[1], NULL, 10) / COLUMNS;
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_errors)};
-    return cmocka_run_group_tests(tests, native_open_cache, native_remove_cache);
+    return cmocka_run_group_tests(tests, native_share_cache, native_remove_cache);
 }

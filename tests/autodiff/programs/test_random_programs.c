@@ -87,10 +87,18 @@ static void values_on_this_isa(void)
     ad_program_free(p);
 }
 
+/* Of three builds, which FUZZ_SHARE numbers 0 to 2, each takes n seeds of its own. */
+static uint64_t first(uint64_t seed, uint64_t n)
+{
+    const char *share = getenv("FUZZ_SHARE");
+    return seed + (share ? strtoull(share, NULL, 10) % 3 : 0) * n;
+}
+
 static void test_values_f64(void **state)
 {
     (void)state;
-    for (subject_seed = 0; subject_seed < 1500; subject_seed++) {
+    const uint64_t last = first(0, 500) + 500;
+    for (subject_seed = last - 500; subject_seed < last; subject_seed++) {
         subject = world(AD_F64, subject_seed, 1, false);
         other = world(AD_F64, subject_seed, 2, false);
         set_block(subject_seed);
@@ -105,7 +113,7 @@ static void test_values_f64(void **state)
 static void test_values_f32(void **state)
 {
     (void)state;
-    for (uint64_t seed = 1000; seed < 1400; seed++) {
+    for (uint64_t seed = first(1000, 130), last = seed + 130; seed < last; seed++) {
         struct world w = world(AD_F32, seed, 1, true);
         set_block(seed);
         size_t out[MAX_OUT], n_out = draw_outputs(&w, out);
@@ -144,7 +152,7 @@ static const double **points(const struct world *w, const double *at[MAX_INPUTS]
 static void test_gradients(void **state)
 {
     (void)state;
-    for (uint64_t seed = 2000; seed < 2250; seed++) {
+    for (uint64_t seed = first(2000, 80), last = seed + 80; seed < last; seed++) {
         struct world w = world(AD_F64, seed, 1, true);
         set_block(seed);
         const double *at[MAX_INPUTS];
@@ -158,7 +166,7 @@ static void test_gradients(void **state)
 static void test_second_order(void **state)
 {
     (void)state;
-    for (uint64_t seed = 3000; seed < 3120; seed++) {
+    for (uint64_t seed = first(3000, 40), last = seed + 40; seed < last; seed++) {
         struct world w = world(AD_F64, seed, 1, true);
         set_block(seed);
         const double *at[MAX_INPUTS];
@@ -174,7 +182,7 @@ static void test_second_order(void **state)
 static void test_gradient_beside_other_outputs(void **state)
 {
     (void)state;
-    for (uint64_t seed = 4000; seed < 4100; seed++) {
+    for (uint64_t seed = first(4000, 33), last = seed + 33; seed < last; seed++) {
         struct world w = world(AD_F64, seed, 1, false);
         set_block(seed);
         ad_var y = objective(&w), g[MAX_INPUTS], again[MAX_INPUTS], all[MAX_NODES + 2 * MAX_INPUTS];

@@ -310,7 +310,9 @@ static void test_chaos_is_unknown(void **state)
 static void test_statistics(void **state)
 {
     (void)state;
-    for (size_t n = 1; n <= 12; n++) {
+    static const size_t sizes[] = {1, 2, 3, 11};
+    for (size_t m = 0; m < LENGTH(sizes); m++) {
+        const size_t n = sizes[m];
         const struct case_of c = double_pendula(n);
         struct phys_system system;
         struct phys_ensemble e;
