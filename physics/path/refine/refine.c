@@ -27,6 +27,13 @@ static void drop(struct phys_stage *stage)
     *stage = (struct phys_stage){.distance = (double)NAN};
 }
 
+/* Finer elements of high order have gone from the path that coarser ones agreed on to another: the
+   grid alone held it, as one through a collision. */
+static bool has_parted(const struct phys_climb *c)
+{
+    return c->high && phys_climb_settled(c, &c->before) && isfinite(c->here.distance);
+}
+
 /* True when the climb is over, one way or the other. */
 static bool climb_level(struct phys_climb *c, const struct phys_rule *rule, size_t elements,
                         struct ad_error *error)
@@ -62,7 +69,7 @@ static bool climb_level(struct phys_climb *c, const struct phys_rule *rule, size
         ad_fail(error, AD_E_ACCURACY, "%s", c->lost.message);
         return true;
     }
-    if (elements >= UNSETTLED && !phys_climb_settled(c, &c->here)) {
+    if ((elements >= UNSETTLED || has_parted(c)) && !phys_climb_settled(c, &c->here)) {
         c->to->unsettled = true;
         ad_fail(error, AD_E_ACCURACY,
                 "error %g: up to %zu elements of %s do not agree on a path, which may be one of "

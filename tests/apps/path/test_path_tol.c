@@ -171,6 +171,19 @@ static void test_one_of_several(void **state)
     free(values[1]);
 }
 
+/* From a line elements hold a path through a collision until they are fine: the climb begins again
+   after descents, and doubles none. */
+static void test_through_a_collision(void **state)
+{
+    (void)state;
+    shell_works("$LA path figure8 --time 2 --tol 1e-6 --json --quiet");
+    assert_true(shell_number("slices") <= 65);
+    assert_true(shell_number("true_distance") < 1e-6);
+    assert_close(shell_number("action"), 7.737998331865, 0, 1e-8);
+    assert_int_equal(shell("$LA path figure8 --time 2.1 --tol 1e-6 --quiet"), 1);
+    assert_mentions(shell_err(), "do not agree on a path");
+}
+
 static void test_refusals(void **state)
 {
     (void)state;
@@ -269,6 +282,7 @@ int main(void)
         cmocka_unit_test_setup(test_a_fall_that_is_too_fast, shell_empty),
         cmocka_unit_test_setup(test_no_mass, shell_empty),
         cmocka_unit_test_setup(test_one_of_several, shell_empty),
+        cmocka_unit_test_setup(test_through_a_collision, shell_empty),
         cmocka_unit_test_setup(test_refusals, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
