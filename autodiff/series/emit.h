@@ -12,7 +12,7 @@ struct emit {
     struct lanes l;
     bool *stored;        /* packs of this order */
     size_t accumulators; /* of one loop: what registers hold */
-    bool many;    /* AD_SERIES_POINTS points: every number is a vector, of one each */
+    bool many;           /* AD_SERIES_POINTS points: every number is a vector, of one each */
 };
 
 /* The coefficient of a jet at the order under way; its coefficient 0. */

@@ -18,6 +18,7 @@ struct phys_scheme; /* the step of a family of methods */
        taylor                                               a Lagrangian without kinks
        semi-implicit                                        halves
        verlet velocity-verlet yoshida4 yoshida6             halves that separate: a kick
+       wisdom-holman                                        bodies of which one dominates (gm)
        variational-RULE                                     a Lagrangian
    Every Hamiltonian has halves; it separates as T(p) + V(q, t). A method that is asked for more
    than it takes refuses: AD_E_ARGUMENT, with what to take instead. */
@@ -29,6 +30,7 @@ struct phys_integrator {
     bool symmetric;  /* a step of -h undoes a step of h */
     bool separable;  /* needs phys_ode.kick */
     bool lagrangian; /* needs phys_ode.system, in y = (q, p) */
+    bool dominated;  /* needs phys_scene.gm, of which one is far larger than the others */
     const struct phys_scheme *scheme;
     const void *coefficients;
 };

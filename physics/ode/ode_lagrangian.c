@@ -14,7 +14,7 @@ struct context {
     double *rows;  /* [2][2 dof] of it */
 };
 
-enum { THIN_MOST = 12 }; /* coordinates; beyond, columns of a program are worth their overhead */
+enum { THIN_MOST = 18 }; /* coordinates; beyond, columns of a program are worth their overhead */
 
 /* Whether the rates come from the series, which has them in straight code for one point. */
 static bool is_thin(struct context *c, struct ad_error *error)

@@ -34,13 +34,19 @@ const struct ephemeris_body *phys_ephemeris_body(const struct ephemeris *ephemer
     return ephemeris->n ? &ephemeris->body[k] : &phys_ephemeris_bodies[k];
 }
 
+/* NULL: none. */
+static const double *set_mass(const struct ephemeris *s, size_t k)
+{
+    for (size_t j = 0; j < PHYS_EPHEMERIS_BODIES; j++)
+        if (phys_ephemeris_bodies[j].id == phys_ephemeris_body(s, k)->id && s->mass[j] != 0)
+            return &s->mass[j];
+    return NULL;
+}
+
 static ad_var mass(const struct ephemeris *s, size_t k)
 {
-    const struct ephemeris_body *body = phys_ephemeris_body(s, k);
-    for (size_t j = 0; j < PHYS_EPHEMERIS_BODIES; j++)
-        if (phys_ephemeris_bodies[j].id == body->id && s->mass[j] != 0)
-            return PHYS_PARAM(s, mass[j]);
-    return ad_div(body->gm, PHYS_PARAM(s, G));
+    const double *set = set_mass(s, k);
+    return set ? phys_param(set) : ad_div(phys_ephemeris_body(s, k)->gm, PHYS_PARAM(s, G));
 }
 
 static size_t dims_of(const void *p)
@@ -86,6 +92,15 @@ static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *p)
     masses(s, m);
     return ad_add(
         L, phys_post_newtonian(q, v, phys_ephemeris_count(s), dims_of(s), m, PHYS_PARAM(s, G)));
+}
+
+static void gm(const void *p, double values[])
+{
+    const struct ephemeris *s = p;
+    for (size_t k = 0; k < phys_ephemeris_count(s); k++) {
+        const double *set = set_mass(s, k);
+        values[k] = set ? s->G * *set : phys_ephemeris_body(s, k)->gm;
+    }
 }
 
 static enum ad_status start(const void *p, uint64_t seed, double *q, double *v,
@@ -134,6 +149,7 @@ const struct phys_scene phys_scene_ephemeris = {
     .slices = 65,
     .dt = 86400,
     .start = start,
+    .gm = gm,
     .per_body = true,
     .picture = PHYS_PICTURE_PLANE,
     .paper = &paper,

@@ -127,6 +127,9 @@ struct phys_scene {
        [1 x n] and generalised forces Q [dof x n]. Motion alone has them; paths, equilibria and
        waves refuse such a scene. */
     phys_lagrangian *dissipation, *forces;
+    /* Of point masses under 1/r attraction, and whatever else is weak: G m of each body, for
+       wisdom-holman. NULL: not known. */
+    void (*gm)(const void *params, double gm[]);
 };
 
 /* Built-in scenes, a NULL-terminated table. */

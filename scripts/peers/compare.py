@@ -20,7 +20,7 @@ import sys
 import tempfile
 import time
 
-from draw import draw
+from draw import draw, draw_drift
 
 HERE = pathlib.Path(__file__).parent
 ACCURACIES = 1e-3, 1e-6, 1e-9
@@ -276,10 +276,11 @@ def show(rows):
 
 
 def drifts(command, folder, quick):
-    """Energies over many orbits, in a file of their own."""
+    """Energies over many orbits, in a file and a picture of their own."""
     text = python("drift.py", ["numpy", "heyoka", "rebound"], command, *quick)
     if text:
         (folder / "drift-peers.csv").write_text(text)
+        draw_drift(read(text), folder / "drift-peers")
         print("\n" + text.replace(",", "\t"))
 
 

@@ -1,4 +1,4 @@
-"""The picture of peers.csv: a line a job, a mark a peer, how many times as long as ours it takes."""
+"""Pictures: of peers.csv, a line a job, a mark a peer, how many times as long as ours it takes; and of drift-peers.csv."""
 import pathlib
 import shutil
 import subprocess
@@ -41,9 +41,41 @@ def script(rows, picture, origin):
     return "\n".join([*lines, "plot " + ", ".join(plots), ""])
 
 
+def drift_script(rows, picture):
+    lines = [
+        "set terminal svg size 720,420 font 'Helvetica,12' background 'white'",
+        f"set output '{picture}'",
+        "set title 'Energy of Kepler orbits at the tightest tolerances, e = 0.52 to 0.68'",
+        "set logscale xy",
+        "set format '10^{%L}'",
+        "set grid lt 1 lc rgb '#e6e6e6'",
+        "set border 3",
+        "set tics nomirror",
+        "set xlabel 'orbits'",
+        "set ylabel 'relative error, root mean square'",
+        "set key top left Left reverse noenhanced",
+    ]
+    plots = []
+    for k, method in enumerate(dict.fromkeys(r["method"] for r in rows)):
+        mine = [r for r in rows if r["method"] == method]
+        lines += [f"$m{k} << EOD", *(f"{r['orbits']} {r['error']}" for r in mine), "EOD"]
+        title = f"{method}, orbits^{mine[0]['exponent']}"
+        plots.append(f"$m{k} with linespoints pt 7 ps 0.6 lw 1.5 lc rgb '{COLOURS[k]}' title '{title}'")
+    return "\n".join([*lines, "plot " + ", ".join(plots), ""])
+
+
+def gnuplot(text):
+    subprocess.run(["gnuplot"], input=text, text=True, check=True)
+
+
+def draw_drift(rows, stem):
+    """STEM.svg: energy errors over the number of orbits, where there is gnuplot."""
+    if shutil.which("gnuplot"):
+        gnuplot(drift_script(rows, f"{stem}.svg"))
+
+
 def draw(rows, stem, origin):
     """STEM.svg, where there is gnuplot and anything to draw."""
     picture = pathlib.Path(f"{stem}.svg")
     if shutil.which("gnuplot") and any(not r["peer"].startswith(OURS) for r in rows):
-        text = script(rows, picture, origin)
-        subprocess.run(["gnuplot"], input=text, text=True, check=True)
+        gnuplot(script(rows, picture, origin))

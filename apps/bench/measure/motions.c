@@ -65,7 +65,8 @@ enum ad_status problem_field(const struct problem *motion, const struct phys_int
                              struct phys_ode *ode, bool *suits, struct ad_error *error)
 {
     if (phys_ode_for(&motion->system, integrator, ode, error) == AD_OK)
-        *suits = ode->kick || !integrator->separable;
+        *suits = (ode->kick || !integrator->separable) &&
+                 (motion->system.scene->gm || !integrator->dominated);
     return error->status;
 }
 

@@ -34,6 +34,7 @@ static const struct work_style {
     {"semi-implicit", "s.-i.", "#6b6b6b", 2, EULER},
     {"verlet", "Verlet", "#8fc7e8", 7, SPLITTING},
     {"velocity-verlet", "v.-V.", "#56b4e9", 6, SPLITTING},
+    {"wisdom-holman", "W.-H.", "#2b8cbe", 11, SPLITTING},
     {"yoshida4", "Y4", "#0072b2", 5, SPLITTING},
     {"yoshida6", "Y6", "#004a75", 9, SPLITTING},
     {"rk4", "RK4", "#e69f00", 7, RUNGE_KUTTA},

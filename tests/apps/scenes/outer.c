@@ -47,6 +47,13 @@ static enum ad_status start(const void *p, uint64_t seed, double *q, double *v, 
     return AD_OK;
 }
 
+static void gm(const void *p, double values[])
+{
+    (void)p;
+    for (size_t k = 0; k < BODIES; k++)
+        values[k] = G * m[k];
+}
+
 const struct phys_scene leastaction_scene = {
     .version = PHYS_SCENE_VERSION,
     .size = sizeof(struct phys_scene),
@@ -62,4 +69,5 @@ const struct phys_scene leastaction_scene = {
     .slices = 101,
     .dt = 100,
     .start = start,
+    .gm = gm,
 };
