@@ -63,6 +63,8 @@ enum ad_status qm_slice_check(const struct qm_slice *slice, struct ad_error *err
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s has forces that are not in L (dissipation, forces); expected L alone",
                        scene);
+    if (slice->system->scene->constraint)
+        return ad_fail(error, AD_E_ARGUMENT, "%s has constraints; expected L alone", scene);
     if (!phys_keeps_energy(slice->system, error))
         return ad_fail(error, AD_E_ARGUMENT, "L of %s depends on time; expected one that does not",
                        scene);

@@ -109,7 +109,8 @@ static enum ad_status setup(const struct simulate_options *o, struct simulate_ru
 static void release(struct simulate_run *run)
 {
     phys_motion_solution_free(&run->motion);
-    AD_FREE(run->exponents, run->cyclic, run->kept, run->section.row);
+    AD_FREE(run->exponents, run->cyclic, run->kept, run->reactions, run->observed,
+            run->section.row);
     simulate_sensitivity_free(run);
     simulate_ephemeris_free(run);
     phys_periodic_free(&run->periodic);
@@ -180,44 +181,6 @@ static void refuse(const struct simulate_run *run, const struct ad_error *cause,
     simulate_refuse(option, cause, error);
 }
 
-/* Of L alone: a scene with equations of its own may have friction. */
-static enum ad_status find_cyclic(struct simulate_run *run, struct ad_error *error)
-{
-    const struct phys_motion_solution *m = &run->motion;
-    const size_t dof = run->system.dof;
-    if (m->n == 0 || run->system.scene->ode)
-        return AD_OK;
-    run->cyclic = calloc(dof, sizeof *run->cyclic);
-    run->kept = calloc(2 * dof, sizeof *run->kept);
-    if (!run->cyclic || !run->kept)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    return phys_cyclic(&run->system, m->n, m->x, m->t, run->cyclic, run->kept, run->kept + dof,
-                       error);
-}
-
-/* The energy balance of forces outside of L; unknown where their work cannot be integrated. */
-static enum ad_status find_work(struct simulate_run *run, struct ad_error *error)
-{
-    const struct phys_motion_solution *m = &run->motion;
-    struct ad_error cause = {0};
-    run->work = run->balance = run->work_unknown = (double)NAN;
-    if (m->n < 2 || !phys_system_has_forces(&run->system))
-        return AD_OK;
-    double *work = malloc(m->n * sizeof *work), off = 0;
-    if (!work)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (phys_motion_work(m, work, &run->work_unknown, &cause) == AD_OK) {
-        for (size_t i = 0; i < m->n; i++)
-            off = fmax(off, fabs(m->energy[i] - m->energy[0] - work[i]));
-        run->work = work[m->n - 1];
-        run->balance = off;
-    } else {
-        run->work_unknown = (double)NAN;
-    }
-    free(work);
-    return cause.status == AD_E_MEMORY ? ad_fail(error, cause.status, "%s", cause.message) : AD_OK;
-}
-
 static enum ad_status follow(void *context, struct ad_error *error)
 {
     struct simulate_run *run = context;
@@ -244,9 +207,7 @@ static enum ad_status follow(void *context, struct ad_error *error)
     phys_motion_diagnose(&run->settings, &run->motion, option_number_or(run->options->horizon, 0),
                          &run->diagnosis, error);
     if (error->status == AD_OK)
-        find_cyclic(run, error);
-    if (error->status == AD_OK)
-        find_work(run, error);
+        simulate_measure(run, error);
     if (error->status == AD_OK)
         find_exponents(run, error);
     if (error->status == AD_OK)
@@ -352,12 +313,12 @@ const struct command command_simulate = {
          .more =
              "Fixed steps: euler semi-implicit verlet velocity-verlet yoshida4 yoshida6 rk4 "
              "implicit-midpoint\n"
-             "gauss2 ... gauss5, wisdom-holman for planets, and the discrete motion of the action "
-             "rules,\n"
-             "variational-RULE for left midpoint trapezoid gauss2 gauss3 gauss4. These choose "
-             "their "
-             "steps:\n"
-             "dopri5 dop853\n"
+             "rattle (symplectic with constraints, too) gauss2 ... gauss5, wisdom-holman for "
+             "planets, "
+             "and the\n"
+             "discrete motion of the action rules, variational-RULE for left midpoint trapezoid "
+             "gauss2\n"
+             "gauss3 gauss4. These choose their steps: dopri5 dop853\n"
              "taylor, the series of the motion, for L without kinks; with them --tol is the error "
              "of a step, relative to the coordinates. Without\n"
              "--integrator, or with fixed steps, --tol is the error of the whole motion in\n"

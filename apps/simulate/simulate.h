@@ -63,7 +63,11 @@ struct simulate_run {
     /* Of forces outside of L: at the end, the largest |energy - start - work|, and what the work
        may be off by; NaN: not known. */
     double work, balance, work_unknown;
-    bool has_order; /* a gas */
+    /* [n][dof] of constraints, NULL: there are none; the largest of each coordinate; how far the
+       samples are off, in coordinates and velocities. */
+    double *reactions, *reaction_most, residual[2];
+    double *observed; /* [n_observables][n], NULL: there are none */
+    bool has_order;   /* a gas */
     struct phys_gas_order order_start, order_end;
 
     struct phys_ephemeris_tables tables;      /* n 0: none asked for */
@@ -82,6 +86,9 @@ static inline enum ad_status simulate_refuse(const char *option, const struct ad
 {
     return ad_fail(error, cause->status, "%s%.400s", option, cause->message);
 }
+
+/* Cyclic coordinates, work, forces of constraints and observables. */
+enum ad_status simulate_measure(struct simulate_run *run, struct ad_error *error);
 
 /* --ensemble: reads the table, runs and writes. */
 enum ad_status simulate_ensemble(struct simulate_run *run, struct ad_error *error);

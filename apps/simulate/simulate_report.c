@@ -3,6 +3,7 @@
 #include "apps/output/unit.h"
 
 #include <math.h>
+#include <stdio.h>
 
 static const char *stop_name(enum phys_simulation_stop stop)
 {
@@ -85,7 +86,27 @@ static void report_energy(const struct simulate_run *run, struct report *report)
                   run->work_unknown);
     if (!kept && !isnan(info->energy_drift) && !phys_system_has_forces(&run->system))
         report_line(report,
-                    "    not conserved: L depends on time explicitly (a drive, or friction)");
+                    run->system.scene->constraint
+                        ? "    not conserved: L or a constraint depends on time explicitly"
+                        : "    not conserved: L depends on time explicitly (a drive, or friction)");
+}
+
+static void report_constraints(const struct simulate_run *run, struct report *report)
+{
+    const struct phys_scene *scene = run->system.scene;
+    char unit[64], speed[64];
+    if (!run->reactions)
+        return;
+    const char *time = unit_shown(scene->time_unit);
+    snprintf(unit, sizeof unit, "%s/%s", unit_shown(scene->energy_unit), unit_shown(scene->unit));
+    snprintf(speed, sizeof speed, "%s%s%s", unit_shown(scene->unit), *time ? "/" : "", time);
+    report_texts(report, "constraints", scene->n_constraints, scene->constraints);
+    report_number(report, "constraint_residual", "off the constraints by", scene->unit,
+                  run->residual[0]);
+    report_number(report, "constraint_residual_velocity", "  and in velocity by", speed,
+                  run->residual[1]);
+    report_list(report, "reaction_most", "largest constraint force", unit, run->system.dof,
+                run->reaction_most);
 }
 
 static void report_error(const struct simulate_run *run, double estimate, struct report *report)
@@ -162,6 +183,24 @@ static void report_cyclic(const struct simulate_run *run, struct report *report)
         report_number(report, "momentum", "its momentum", NULL, run->kept[k]);
         report_number(report, "change", "change of it", NULL,
                       phys_known_digits(run->kept[dof + k], 0.01 * run->kept[dof + k]));
+    }
+    report_item(report, NULL);
+}
+
+/* The scene's own functions of the motion. */
+static void report_observables(const struct simulate_run *run, struct report *report)
+{
+    const struct phys_scene *scene = run->system.scene;
+    const size_t n = run->motion.n;
+    for (size_t k = 0; run->observed && k < scene->n_observables; k++) {
+        const double *value = run->observed + k * n;
+        double change = 0;
+        for (size_t i = 0; i < n; i++)
+            change = fmax(change, fabs(value[i] - value[0]));
+        report_item(report, "observables");
+        report_text(report, "name", "observable", scene->observables[k].name);
+        report_number(report, "value", "at the start", scene->observables[k].unit, value[0]);
+        report_number(report, "change", "largest change", scene->observables[k].unit, change);
     }
     report_item(report, NULL);
 }
@@ -298,6 +337,7 @@ void simulate_report(const void *context, struct report *report)
     double estimate = report_trials(run, report);
     report_run(run, report);
     report_energy(run, report);
+    report_constraints(run, report);
     report_error(run, estimate, report);
     report_learnt(&run->system, run->motion.n, run->motion.t, run->motion.x, report);
     report_closest(run, &run->motion.closest, report);
@@ -308,4 +348,5 @@ void simulate_report(const void *context, struct report *report)
     report_total(report, run, false);
     report_total(report, run, true);
     report_cyclic(run, report);
+    report_observables(run, report);
 }

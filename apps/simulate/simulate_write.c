@@ -21,11 +21,21 @@ void simulate_write_csv(const void *context, FILE *out)
         simulate_quantity(&run->system, k, name);
         fprintf(out, ",%s", name);
     }
+    for (size_t k = 0; run->reactions && k < dof; k++) {
+        simulate_quantity(&run->system, k, name);
+        fprintf(out, ",reaction_%s", name);
+    }
+    for (size_t k = 0; run->observed && k < run->system.scene->n_observables; k++)
+        fprintf(out, ",%s", run->system.scene->observables[k].name);
     fputc('\n', out);
     for (size_t i = 0; i < s->n; i++) {
         fprintf(out, "%.17g", s->t[i]);
         for (size_t k = 0; k < 2 * dof; k++)
             fprintf(out, ",%.17g", s->x[2 * i * dof + k]);
+        for (size_t k = 0; run->reactions && k < dof; k++)
+            fprintf(out, ",%.17g", run->reactions[i * dof + k]);
+        for (size_t k = 0; run->observed && k < run->system.scene->n_observables; k++)
+            fprintf(out, ",%.17g", run->observed[k * s->n + i]);
         fputc('\n', out);
     }
 }
@@ -94,6 +104,16 @@ enum ad_status simulate_file(const void *context, phys_hdf5 *file, struct ad_err
     if (s->distance) {
         phys_hdf5_write(file, "error", AD_F64, 1, &s->n, s->distance);
         phys_hdf5_text(file, "error", "unit", scene->unit);
+    }
+    if (run->reactions) {
+        phys_hdf5_write(file, "reaction", AD_F64, 2, (size_t[]){s->n, run->system.dof},
+                        run->reactions);
+        phys_hdf5_text(file, "reaction", "axes", "sample, coordinate");
+    }
+    if (run->observed) {
+        phys_hdf5_write(file, "observable", AD_F64, 2,
+                        (size_t[]){run->system.scene->n_observables, s->n}, run->observed);
+        phys_hdf5_text(file, "observable", "axes", "observable, sample");
     }
     file_events(run, file);
     simulate_section_file(run, file);

@@ -132,6 +132,8 @@ enum ad_status phys_fit_solve(const struct phys_system *system, const struct phy
         AD_LACKS(error, system, system->scene, data, data->t, data->x, settings) ||
         (settings->n_free && AD_LACKS(error, settings->free)))
         return error->status;
+    if (phys_refuse_constraints(system, "fits", error) != AD_OK)
+        return error->status;
     AD_OWN(phys_fit_settings, settings, context, error);
     AD_OWN(phys_fit_data, data, x, error);
     if (phys_fit_prepare(system, data, settings, fit, error) == AD_OK &&

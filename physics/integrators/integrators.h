@@ -19,6 +19,7 @@ struct phys_scheme; /* the step of a family of methods */
        semi-implicit                                        halves
        verlet velocity-verlet yoshida4 yoshida6             halves that separate: a kick
        wisdom-holman                                        bodies of which one dominates (gm)
+       rattle                                               the same, with constraints
        variational-RULE                                     a Lagrangian
    Every Hamiltonian has halves; it separates as T(p) + V(q, t). A method that is asked for more
    than it takes refuses: AD_E_ARGUMENT, with what to take instead. */

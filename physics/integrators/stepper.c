@@ -1,6 +1,7 @@
 /* The state of a method on one problem: memory, rates, and the interpolating polynomial of a step.
  */
 #include "stepper.h"
+#include "physics/ode/internal.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -11,12 +12,17 @@ static enum ad_status check(const struct phys_integrator *integrator, const stru
                             struct ad_error *error)
 {
     const char *name = ode->name ? ode->name : "the motion";
-    if (integrator->separable && !ode->kick)
+    phys_motion *constrained = phys_ode_constrained_motion(ode);
+    const bool keeps = constrained && integrator->scheme->constrains;
+    if (integrator->separable &&
+        !(keeps ? phys_motion_separates(constrained, error) : ode->kick != NULL))
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s needs accelerations that depend on positions and time only; those of %s "
-                       "do not; try gauss2, "
-                       "implicit-midpoint or dop853",
-                       integrator->name, name);
+                       "%s; try %s",
+                       integrator->name, name,
+                       constrained && !keeps ? "have constraint forces" : "do not",
+                       constrained ? keeps ? "dop853" : "rattle or dop853"
+                                   : "gauss2, implicit-midpoint or dop853");
     if (integrator->scheme == &phys_splitting && !ode->kick && !ode->canonical && !ode->system)
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s moves positions and velocities in turn; %s has no such halves: take "

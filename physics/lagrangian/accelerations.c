@@ -1,6 +1,7 @@
 /* Accelerations of many states at once, as one recording (euler_lagrange.h). */
 #include "euler_lagrange.h"
 #include "autodiff/derivatives.h"
+#include "physics/system/internal.h"
 
 #include <stdlib.h>
 
@@ -26,6 +27,9 @@ static ad_var record_masses(ad_var p, ad_var v, size_t n)
 
 ad_var phys_record_accelerations(const struct phys_system *system, ad_var q, ad_var v, ad_var t)
 {
+    struct ad_error refused = {0};
+    if (phys_refuse_constraints(system, "recorded accelerations", &refused) != AD_OK)
+        return ad_refuse(q.tape, refused.status, "%s", refused.message);
     /* of copies, which do not depend on each other */
     ad_var x[] = {ad_unary(AD_OP_copy, q), ad_unary(AD_OP_copy, v),
                   ad_unary(AD_OP_copy, ad_broadcast(t, 1, ad_cols(q)))};

@@ -31,9 +31,11 @@ static enum ad_status probe_new(struct probe *probe, const struct phys_system *s
     return AD_OK;
 }
 
-/* L and, mixed, the forces beside it. */
+/* L and, mixed, the constraints and forces beside it. */
 static void probe_forces(struct probe *p, const struct phys_system *system)
 {
+    if (system->scene->constraint)
+        p->L = ad_add(p->L, phys_mixed(phys_system_constraint(system, p->q, p->t), 0.5));
     if (phys_system_has_forces(system))
         p->L = ad_add(p->L, phys_mixed(phys_system_add_forces(system, p->q, p->q, p->v, p->t), 0));
 }

@@ -1,6 +1,6 @@
 /* Quantities that a Lagrangian conserves (conserved.h). */
 #include "conserved.h"
-#include "internal.h"
+#include "constraints.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -10,7 +10,8 @@ enum { PLACES = 64 }; /* states at which the rates of totals are looked at */
 
 static const double rounding = 1e-9; /* of the forces or torques that add up to a rate */
 
-/* Instructions of L, or of its derivative by t, at a fixed state, t being an input or fixed, too.
+/* Instructions of L with its constraints, or of the derivative by t, at a fixed state, t being an
+ * input or fixed, too.
  */
 static size_t instructions(const struct phys_system *system, bool moves, bool derivative,
                            struct ad_error *error)
@@ -23,8 +24,10 @@ static size_t instructions(const struct phys_system *system, bool moves, bool de
         return n;
     }
     ad_var t = moves ? ad_input(tape, 1, 1, "t") : phys_irregular(tape, 1, 1, 0.9);
-    ad_var L = phys_system_lagrangian(system, phys_irregular(tape, system->dof, 1, 0.3),
-                                      phys_irregular(tape, system->dof, 1, 0.7), t);
+    ad_var q = phys_irregular(tape, system->dof, 1, 0.3);
+    ad_var L = phys_system_lagrangian(system, q, phys_irregular(tape, system->dof, 1, 0.7), t);
+    if (system->scene->constraint)
+        L = ad_add(L, phys_mixed(phys_system_constraint(system, q, t), 0.5));
     if (derivative)
         ad_grad(L, 1, &t, &L);
     if (ad_compile(tape, 1, &L, &program) == AD_OK)
@@ -94,8 +97,24 @@ static void move_aside(size_t dof, size_t place, const double *x, double *y)
     }
 }
 
-static void judge_state(phys_legendre *legendre, const struct phys_system *system, const double *x,
-                        double t, double *p, struct phys_conserved *c)
+/* Forces of constraints act along their gradients; room [dof]. */
+static void judge_constraints(struct phys_constraints *g, const struct phys_system *system,
+                              const double *x, double t, double *room, struct phys_conserved *c)
+{
+    if (!g)
+        return;
+    memset(room, 0, system->dof * sizeof *room);
+    phys_constraints_evaluate(g, x, NULL, t);
+    for (size_t i = 0; i < g->n; i++) {
+        struct rates r = measure_rates(system, x, room, room, g->G + i * g->dof);
+        c->momentum = c->momentum && is_zero(r.momentum, r.forces);
+        c->angular = c->angular && is_zero(r.angular, r.torques);
+    }
+}
+
+static void judge_state(phys_legendre *legendre, struct phys_constraints *g,
+                        const struct phys_system *system, const double *x, double t, double *p,
+                        struct phys_conserved *c)
 {
     size_t dof = system->dof;
     phys_legendre_momentum(legendre, x, x + dof, t, p, p + dof);
@@ -104,6 +123,7 @@ static void judge_state(phys_legendre *legendre, const struct phys_system *syste
         return; /* a place beside the motion may lie where L is not defined */
     c->momentum = c->momentum && is_zero(r.momentum, r.forces);
     c->angular = c->angular && is_zero(r.angular, r.torques);
+    judge_constraints(g, system, x, t, p, c);
 }
 
 static double distance(const double a[3], const double b[3])
@@ -117,6 +137,7 @@ enum ad_status phys_conserved(const struct phys_system *system, size_t n, const 
 {
     struct phys_totals start, now;
     phys_legendre *legendre;
+    struct phys_constraints *g = NULL;
     struct phys_conserved *c = conserved;
     if (AD_LACKS(error, conserved))
         return error->status;
@@ -127,9 +148,9 @@ enum ad_status phys_conserved(const struct phys_system *system, size_t n, const 
     double *aside = malloc(4 * dof * sizeof *aside), *p = aside ? aside + 2 * dof : NULL;
     if (!aside)
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    else
+    else if (phys_constraints_new(system, &g, error) == AD_OK)
         phys_totals(legendre, x, x + dof, t[0], &start);
-    c->bodies = aside && start.mass != 0;
+    c->bodies = error->status == AD_OK && start.mass != 0;
     for (size_t i = 0; c->bodies && i < n; i++) {
         const double *state = x + 2 * i * dof;
         phys_totals(legendre, state, state + dof, t[i], &now);
@@ -137,18 +158,19 @@ enum ad_status phys_conserved(const struct phys_system *system, size_t n, const 
         c->angular_change = fmax(c->angular_change, distance(now.angular, start.angular));
         if (i % stride)
             continue;
-        judge_state(legendre, system, state, t[i], p, c);
+        judge_state(legendre, g, system, state, t[i], p, c);
         move_aside(dof, i, state, aside);
-        judge_state(legendre, system, aside, t[i], p, c);
+        judge_state(legendre, g, system, aside, t[i], p, c);
     }
     free(aside);
+    phys_constraints_free(g);
     phys_legendre_free(legendre);
     return error->status;
 }
 
 /* Keeps of `cyclic` the coordinates without a force at x. */
-static void judge_cyclic(phys_legendre *legendre, size_t dof, const double *x, double t,
-                         double *force, bool *cyclic)
+static void judge_cyclic(phys_legendre *legendre, struct phys_constraints *g, size_t dof,
+                         const double *x, double t, double *force, bool *cyclic)
 {
     phys_legendre_momentum(legendre, x, x + dof, t, NULL, force);
     for (size_t k = 0; k < dof; k++)
@@ -156,6 +178,10 @@ static void judge_cyclic(phys_legendre *legendre, size_t dof, const double *x, d
             return; /* as above */
     for (size_t k = 0; k < dof; k++)
         cyclic[k] = cyclic[k] && force[k] == 0;
+    if (g)
+        phys_constraints_evaluate(g, x, NULL, t);
+    for (size_t i = 0; g && i < g->n * dof; i++)
+        cyclic[i % dof] = cyclic[i % dof] && g->G[i] == 0;
 }
 
 enum ad_status phys_cyclic(const struct phys_system *system, size_t n, const double *x,
@@ -163,6 +189,7 @@ enum ad_status phys_cyclic(const struct phys_system *system, size_t n, const dou
                            struct ad_error *error)
 {
     phys_legendre *legendre;
+    struct phys_constraints *g = NULL;
     if (AD_LACKS(error, system, cyclic, value, change) ||
         AD_LACKS(error, n ? x : NULL, n ? t : NULL) ||
         phys_legendre_new(system, &legendre, error) != AD_OK)
@@ -171,8 +198,10 @@ enum ad_status phys_cyclic(const struct phys_system *system, size_t n, const dou
     double *aside = malloc(3 * dof * sizeof *aside), *p = aside ? aside + 2 * dof : NULL;
     if (!aside)
         ad_fail(error, AD_E_MEMORY, "out of memory");
+    else
+        phys_constraints_new(system, &g, error);
     for (size_t k = 0; k < dof; k++) {
-        cyclic[k] = aside != NULL;
+        cyclic[k] = error->status == AD_OK;
         change[k] = 0;
     }
     if (aside)
@@ -184,11 +213,12 @@ enum ad_status phys_cyclic(const struct phys_system *system, size_t n, const dou
             change[k] = fmax(change[k], fabs(p[k] - value[k]));
         if (i % stride)
             continue;
-        judge_cyclic(legendre, dof, state, t[i], p, cyclic);
+        judge_cyclic(legendre, g, dof, state, t[i], p, cyclic);
         move_aside(dof, i, state, aside);
-        judge_cyclic(legendre, dof, aside, t[i], p, cyclic);
+        judge_cyclic(legendre, g, dof, aside, t[i], p, cyclic);
     }
     free(aside);
+    phys_constraints_free(g);
     phys_legendre_free(legendre);
     return error->status;
 }

@@ -36,5 +36,9 @@ enum ad_status phys_cyclic(const struct phys_system *system, size_t n, const dou
                            const double *t, bool *cyclic, double *value, double *change,
                            struct ad_error *error);
 
+/* The observables of a scene at n states x [n][2 dof] and the times t: value [n_observables][n]. */
+enum ad_status phys_observe(const struct phys_system *system, size_t n, const double *x,
+                            const double *t, double *value, struct ad_error *error);
+
 AD_HEADER_END
 #endif

@@ -1,10 +1,11 @@
 /* Accelerations of any Lagrangian. With p = L_v the Euler-Lagrange equation dp/dt = L_q is
        M a = L_q - L_vq v - L_vt + Q - D_v,   M = L_vv.
+   Constraints add their forces (constraints.h).
    L_vq v + L_vt is the derivative of p along (v, 1) in (q, t). M comes from one run over dof lanes
    with the same state: column j of the gradient of sum_j p_j(lane j) with respect to the lanes' v
    is column j of M. A constant M is folded at compile time, and is evaluated and factored once. */
 #include "autodiff/free.h"
-#include "internal.h"
+#include "constraints.h"
 #include "mass.h"
 #include "physics/linear/linear.h"
 
@@ -18,6 +19,7 @@
 
 struct phys_motion {
     const struct phys_system *system;
+    struct phys_constraints *constraints; /* NULL: none */
     ad_tape *tape;
     ad_var q, v, t;     /* inputs: [dof x 1] each, t a scalar */
     ad_var p, energy;   /* L_v [dof x 1], v p - L */
@@ -200,7 +202,8 @@ enum ad_status phys_motion_new_of(const struct phys_system *system, size_t n_par
                                   const size_t which[], phys_motion **motion,
                                   struct ad_error *error)
 {
-    if (AD_LACKS_RESULT(error, motion) || AD_LACKS(error, system, system->scene))
+    if (AD_LACKS_RESULT(error, motion) || AD_LACKS(error, system, system->scene) ||
+        (n_params && phys_refuse_constraints(system, "derivatives by parameters", error) != AD_OK))
         return error->status;
     size_t n = system->dof;
     phys_motion *m = *motion = calloc(1, sizeof *m);
@@ -219,7 +222,8 @@ enum ad_status phys_motion_new_of(const struct phys_system *system, size_t n_par
     m->pivots = malloc(n * sizeof *m->pivots);
     if (!m->tape || !m->factor || !m->pivots || (n_params && (!m->which || !m->params)))
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
-    else if (record(m, error) == AD_OK)
+    else if (record(m, error) == AD_OK &&
+             phys_constraints_new(system, &m->constraints, error) == AD_OK)
         keep_constant_mass(m);
     if (error->status != AD_OK) {
         phys_motion_free(m);
@@ -232,6 +236,7 @@ void phys_motion_free(phys_motion *motion)
 {
     if (!motion)
         return;
+    phys_constraints_free(motion->constraints);
     ad_program_free(motion->mass_program);
     ad_program_free(motion->force_program);
     ad_program_free(motion->energy_program);
@@ -280,22 +285,41 @@ static enum ad_status refuse_mass(const phys_motion *m, double t, struct ad_erro
     return refuse(m, what, m->singular - 1, t, error);
 }
 
+enum ad_status phys_motion_mass(phys_motion *motion, const double *q, const double *v, double t,
+                                struct ad_error *error)
+{
+    if (!motion->constant) {
+        set_state(motion, motion->mass_program, q, v, t);
+        evaluate_mass(motion);
+    }
+    return motion->singular ? refuse_mass(motion, t, error) : AD_OK;
+}
+
+enum ad_status phys_motion_free_acceleration(phys_motion *motion, const double *q, const double *v,
+                                             double t, double *a, struct ad_error *error)
+{
+    phys_motion *m = motion;
+    set_state(m, m->force_program, q, v, t);
+    ad_run(m->force_program);
+    ad_get(m->force_program, m->force, a);
+    if (phys_motion_mass(m, q, v, t, error) == AD_OK)
+        solve(m, a);
+    return error->status;
+}
+
 enum ad_status phys_motion_acceleration(phys_motion *motion, const double *q, const double *v,
                                         double t, double *a, struct ad_error *error)
 {
     if (AD_LACKS(error, motion, q, v, a))
         return error->status;
     phys_motion *m = motion;
-    set_state(m, m->force_program, q, v, t);
-    ad_run(m->force_program);
-    ad_get(m->force_program, m->force, a);
-    if (!m->constant) {
-        set_state(m, m->mass_program, q, v, t);
-        evaluate_mass(m);
+    if (phys_motion_free_acceleration(m, q, v, t, a, error) != AD_OK)
+        return error->status;
+    if (m->constraints) {
+        if (phys_motion_constrain(m, q, v, t, error) != AD_OK)
+            return error->status;
+        phys_constraints_push(m->constraints, a);
     }
-    if (m->singular)
-        return refuse_mass(m, t, error);
-    solve(m, a);
     for (size_t k = 0; k < m->system->dof; k++)
         if (!isfinite(a[k]))
             return refuse(m, "the acceleration is not finite", k, t, error);
@@ -355,6 +379,11 @@ bool phys_motion_has_plain_momenta(phys_motion *motion, struct ad_error *error)
 const char *phys_motion_interpreted(const phys_motion *motion)
 {
     return ad_native_note(motion->force_program);
+}
+
+struct phys_constraints *phys_motion_constraints(const phys_motion *motion)
+{
+    return motion->constraints;
 }
 
 const struct phys_system *phys_motion_system(const phys_motion *motion) { return motion->system; }

@@ -32,6 +32,11 @@ double phys_motion_energy(phys_motion *motion, const double *q, const double *v,
 void phys_motion_record_energy(phys_motion *motion);
 /* Why its forces are interpreted (ad_native_note). */
 const char *phys_motion_interpreted(const phys_motion *motion);
+/* M at a state, to be solved with; and the acceleration without constraints. */
+enum ad_status phys_motion_mass(phys_motion *motion, const double *q, const double *v, double t,
+                                struct ad_error *error);
+enum ad_status phys_motion_free_acceleration(phys_motion *motion, const double *q, const double *v,
+                                             double t, double *a, struct ad_error *error);
 /* Whether the mass matrix has no element off its diagonal, by its values at irregular states. */
 bool phys_motion_is_diagonal(phys_motion *motion);
 /* Its recording: x = q, v [dof x 1 each], t; y = the force [dof x 1], the mass matrix [dof x dof].

@@ -220,6 +220,9 @@ enum ad_status phys_motion_series_new(phys_motion *motion, size_t order, size_t 
                                       struct phys_motion_series **series, struct ad_error *error)
 {
     const size_t n = phys_motion_system(motion)->dof;
+    *series = NULL;
+    if (phys_refuse_constraints(phys_motion_system(motion), "series", error) != AD_OK)
+        return error->status;
     struct phys_motion_series *s = *series = calloc(1, sizeof *s);
     if (!s)
         return ad_fail(error, AD_E_MEMORY, "out of memory");

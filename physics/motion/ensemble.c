@@ -3,6 +3,7 @@
 #include "autodiff/sized.h"
 #include "ensemble_run.h"
 #include "solving.h"
+#include "physics/system/internal.h"
 #include "autodiff/clock.h"
 #include "autodiff/exec/pool.h"
 
@@ -297,6 +298,8 @@ enum ad_status phys_ensemble_solve(const struct phys_system *system,
         return error->status;
     *e = (struct phys_ensemble){.system = system};
     if (AD_LACKS(error, system, system->scene, settings, settings->motion))
+        return error->status;
+    if (phys_refuse_constraints(system, "ensembles", error) != AD_OK)
         return error->status;
     AD_OWN(phys_ensemble_settings, settings, at_once, error);
     struct phys_motion_settings motion;

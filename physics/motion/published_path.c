@@ -29,7 +29,8 @@ static enum ad_status step_path(phys_motion *motion, size_t slices, double dt, d
 enum ad_status phys_ode_path(phys_motion *motion, size_t slices, double dt, double damping,
                              double *path, struct ad_error *error)
 {
-    if (AD_LACKS(error, motion, path))
+    if (AD_LACKS(error, motion, path) ||
+        phys_refuse_constraints(phys_motion_system(motion), "published paths", error) != AD_OK)
         return error->status;
     double *work = malloc(3 * phys_motion_system(motion)->dof * sizeof *work);
     if (!work)

@@ -266,11 +266,21 @@ bool phys_run_looks_inside(const struct run *run)
                           (phys_run_sample_time(run, run->next_sample) - end) * run->direction < 0);
 }
 
+/* Onto the constraints, where the method does not keep them itself. */
+static enum ad_status project(struct run *run, struct ad_error *error)
+{
+    struct phys_stepper *m = &run->stepper;
+    if (!m->ode->project || m->integrator->scheme->constrains)
+        return AD_OK;
+    m->has_next_rate = false;
+    return m->ode->project(m->ode->context, m->t + m->h, m->next, error);
+}
+
 enum ad_status phys_run_accept(struct run *run, struct ad_error *error)
 {
     struct phys_stepper *m = &run->stepper;
     run->dense = false;
-    if (check_finite(run, error) != AD_OK)
+    if (check_finite(run, error) != AD_OK || project(run, error) != AD_OK)
         return error->status;
     run->whole = m->h;
     if (phys_run_events(run, error) != AD_OK)

@@ -139,6 +139,11 @@ void phys_motion_solution_free(struct phys_motion_solution *solution);
    `unknown`: how far the work may be off: large where forces jump. */
 enum ad_status phys_motion_work(const struct phys_motion_solution *motion, double *work,
                                 double *unknown, struct ad_error *error);
+/* Of a scene with constraints: force [n][dof] = G^T lambda, the generalised forces that keep the
+   motion on them at each sample, and how far the samples are off: the largest distance of the
+   coordinates, residual[0], and of the velocities, residual[1], from ones that satisfy them. */
+enum ad_status phys_motion_reactions(const struct phys_motion_solution *motion, double *force,
+                                     double residual[2], struct ad_error *error);
 /* Whether a motion can begin at q, v [dof] (NULL: at the scene's start of this seed): AD_E_ARGUMENT
    where the mass matrix is singular or the forces are not finite. */
 enum ad_status phys_motion_check_start(const struct phys_system *system, uint64_t seed,

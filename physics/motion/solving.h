@@ -34,6 +34,9 @@ static inline bool solving_widen(double **x, size_t count)
     return more != NULL;
 }
 
+/* Whether q and v satisfy the scene's constraints at t = 0. */
+enum ad_status phys_motion_check_on_constraints(const struct phys_system *system, const double *q,
+                                                const double *v, struct ad_error *error);
 /* start [2 dof] = q, v; q NULL: the scene's start of this seed. */
 enum ad_status phys_motion_start(const struct phys_system *system, uint64_t seed, const double *q,
                                  const double *v, double *start, struct ad_error *error);

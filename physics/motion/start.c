@@ -1,7 +1,19 @@
 /* The start of a motion, and whether a motion can begin there (solve.h). */
 #include "solving.h"
+#include "physics/lagrangian/constraints.h"
 
 #include <string.h>
+
+enum ad_status phys_motion_check_on_constraints(const struct phys_system *system, const double *q,
+                                                const double *v, struct ad_error *error)
+{
+    phys_motion *motion;
+    if (!system->scene->constraint || phys_motion_new(system, &motion, error) != AD_OK)
+        return error->status;
+    phys_motion_check_constraints(motion, q, v, 0, error);
+    phys_motion_free(motion);
+    return error->status;
+}
 
 enum ad_status phys_motion_start(const struct phys_system *system, uint64_t seed, const double *q,
                                  const double *v, double *start, struct ad_error *error)
@@ -13,7 +25,7 @@ enum ad_status phys_motion_start(const struct phys_system *system, uint64_t seed
         return error->status;
     if (v)
         memcpy(start + dof, v, dof * sizeof *start);
-    return AD_OK;
+    return phys_motion_check_on_constraints(system, start, start + dof, error);
 }
 
 enum ad_status phys_motion_check_start(const struct phys_system *system, uint64_t seed,

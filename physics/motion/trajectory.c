@@ -1,5 +1,5 @@
 /* Simulations stored as paths on equal slices (motion.h). */
-#include "motion.h"
+#include "solving.h"
 #include "autodiff/sized.h"
 #include "physics/ode/internal.h"
 
@@ -17,7 +17,7 @@ enum ad_status phys_ode_for(const struct phys_system *system,
     if (phys_ode_lagrangian(system, ode, error) != AD_OK)
         return error->status;
     bool splits = integrator->separable || strcmp(integrator->name, "semi-implicit") == 0;
-    if (ode->canonical || !integrator->symplectic || splits) {
+    if (ode->canonical || ode->project || !integrator->symplectic || splits) {
         phys_ode_thin(ode);
         return AD_OK;
     }
@@ -78,6 +78,8 @@ enum ad_status phys_motion_path(const struct phys_system *system, const struct p
     how = how ? how : &tightly;
     AD_OWN(phys_simulation, how, proceed, error);
     struct phys_simulation settings = *how;
+    if (phys_motion_check_on_constraints(system, q, v, error) != AD_OK)
+        return error->status;
     size_t dof = system->dof;
     double *y = malloc(2 * dof * sizeof *y);
     if (!y)

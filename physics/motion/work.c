@@ -1,7 +1,8 @@
 /* The work that forces outside of L do along a motion (solve.h): the energy E = v L_v - L changes
    at the rate Q v - D_v v - L_t. From each sample to the next the motion is followed anew, with the
    work as one more component, so that what is left of E is the method's own error. */
-#include "physics/lagrangian/internal.h"
+#include "physics/lagrangian/constraints.h"
+#include "physics/ode/internal.h"
 #include "solve.h"
 
 #include <math.h>
@@ -89,6 +90,15 @@ static double advance(struct worker *w, const struct phys_motion_solution *m, si
     return fabs(w->motion.energy(w->motion.context, how.t1, y) - energy - (y[n] - work));
 }
 
+/* Constraints that move do work, too. */
+static enum ad_status refuse_moving(const phys_motion *motion, struct ad_error *error)
+{
+    return motion && phys_constraints_move(phys_motion_constraints(motion), error)
+               ? ad_fail(error, AD_E_ARGUMENT, "%s: constraints that depend on time do work",
+                         phys_motion_system(motion)->scene->name)
+               : error->status;
+}
+
 enum ad_status phys_motion_work(const struct phys_motion_solution *motion, double *work,
                                 double *unknown, struct ad_error *error)
 {
@@ -101,6 +111,7 @@ enum ad_status phys_motion_work(const struct phys_motion_solution *motion, doubl
     if (!y)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else if (phys_ode_lagrangian(motion->system, &w.motion, error) == AD_OK &&
+             refuse_moving(phys_ode_constrained_motion(&w.motion), error) == AD_OK &&
              record(&w, motion->system, error) == AD_OK) {
         measure_sizes(motion, y + n + 1);
         for (size_t i = 0; i < motion->n && error->status == AD_OK; i++) {

@@ -14,6 +14,8 @@ void phys_ode_round_mass(const struct phys_ode *ode, double share);
 /* Rates of few coordinates, where L has a series, by that: the same to rounding in a fifth of the
    time. Not for references, which are to share no code with the method they are compared with. */
 void phys_ode_thin(const struct phys_ode *ode);
+/* The motion of phys_ode_lagrangian where it has constraints, else NULL. */
+phys_motion *phys_ode_constrained_motion(const struct phys_ode *ode);
 /* The series of phys_ode_lagrangian, once it was evaluated; NULL: none. */
 struct phys_motion_series *phys_ode_motion_series(const struct phys_ode *ode);
 

@@ -50,7 +50,9 @@ struct phys_ode {
     const struct phys_system *system; /* the system, n = 2 dof; NULL: not made from one */
     void *context;
     void (*free)(void *context); /* or NULL */
-    void *reserved[8];           /* NULL: room for what later releases add */
+    /* Moves y [n] onto constraints, after each step of a method; NULL: there are none. */
+    enum ad_status (*project)(void *context, double t, double *y, struct ad_error *error);
+    void *reserved[7]; /* NULL: room for what later releases add */
 };
 
 /* The Euler-Lagrange equations of any Lagrangian in y = (q, v). They separate if the masses are

@@ -69,6 +69,11 @@ enum ad_status phys_ode_canonical(const struct phys_system *system, struct phys_
 {
     if (AD_LACKS_RESULT(error, ode) || AD_LACKS(error, system, system->scene))
         return error->status;
+    if (system->scene->constraint)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s has constraints, of which variational methods and momenta know nothing; "
+                       "take rattle or dop853",
+                       system->scene->name);
     struct context *c = calloc(1, sizeof *c);
     *ode = (struct phys_ode){.context = c, .free = c ? release : NULL};
     if (!c || !(c->v = calloc(system->dof, sizeof *c->v)))

@@ -1,6 +1,7 @@
 /* The motion of a Lagrangian in y = (q, v). */
 #include "autodiff/free.h"
 #include "internal.h"
+#include "physics/lagrangian/constraints.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -77,6 +78,17 @@ struct phys_motion_series *phys_ode_motion_series(const struct phys_ode *ode)
     return ode->series == series ? ((struct context *)ode->context)->series : NULL;
 }
 
+static enum ad_status project(void *context, double t, double *y, struct ad_error *error)
+{
+    const struct context *c = context;
+    return phys_motion_project(c->motion, t, y, y + c->system->dof, error);
+}
+
+phys_motion *phys_ode_constrained_motion(const struct phys_ode *ode)
+{
+    return ode->project == project ? ((struct context *)ode->context)->motion : NULL;
+}
+
 static double energy(void *context, double t, const double *y)
 {
     const struct context *c = context;
@@ -113,7 +125,7 @@ void phys_ode_round_mass(const struct phys_ode *ode, double share)
 void phys_ode_thin(const struct phys_ode *ode)
 {
     struct context *c = ode->context;
-    if (ode->field == field)
+    if (ode->field == field && ode->series)
         c->thin = c->system->dof <= THIN_MOST;
 }
 
@@ -135,10 +147,14 @@ enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys
     ode->name = system->scene->name;
     ode->n = 2 * system->dof;
     ode->field = field;
-    if (phys_motion_separates(c->motion, error))
-        ode->kick = kick;
-    ode->canonical = ode->kick && !phys_system_has_forces(system);
-    ode->series = series;
+    if (phys_motion_constraints(c->motion)) {
+        ode->project = project;
+    } else {
+        if (phys_motion_separates(c->motion, error))
+            ode->kick = kick;
+        ode->canonical = ode->kick && !phys_system_has_forces(system);
+        ode->series = series;
+    }
     ode->energy = energy;
     ode->interpreted = interpreted;
     ode->system = system;

@@ -214,6 +214,10 @@ enum ad_status phys_lyapunov(const struct phys_ode *ode, const double *y,
     *result = (struct phys_lyapunov){.time = INFINITY, .horizon = INFINITY, .latest = INFINITY};
     if (AD_LACKS(error, ode, y, settings, ode->field))
         return error->status;
+    if (ode->project)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s has constraints, which neighbouring motions would leave",
+                       ode->name ? ode->name : "the motion");
     AD_OWN(phys_lyapunov_settings, settings, context, error);
     size_t n = ode->n;
     double tolerance = settings->tolerance > 0 ? settings->tolerance : usual;

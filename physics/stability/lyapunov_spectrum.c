@@ -2,6 +2,7 @@
    intervals; the logarithms of their lengths add up (Benettin, Galgani, Giorgilli, Strelcyn,
    Meccanica 15, 1980). */
 #include "stability.h"
+#include "physics/system/internal.h"
 #include "autodiff/sized.h"
 
 #include <math.h>
@@ -136,6 +137,8 @@ enum ad_status phys_lyapunov_spectrum(const struct phys_system *system, const do
     struct spectrum s = {.k = k};
     struct phys_ode ode = {0};
     if (AD_LACKS(error, system, system->scene, x, settings, exponents, spread))
+        return error->status;
+    if (phys_refuse_constraints(system, "variations", error) != AD_OK)
         return error->status;
     AD_OWN(phys_lyapunov_settings, settings, context, error);
     s.settings = settings;

@@ -134,7 +134,8 @@ enum ad_status phys_normal_modes(const struct phys_system *system, size_t n, con
 {
     struct matrices m;
     if (AD_LACKS_RESULT(error, motion) || AD_LACKS(error, system, system->scene) ||
-        (n > 0 && AD_LACKS(error, x, t)))
+        (n > 0 && AD_LACKS(error, x, t)) ||
+        phys_refuse_constraints(system, "modes", error) != AD_OK)
         return error->status;
     begin(&m, system, error);
     for (size_t i = 0; i < n && error->status == AD_OK; i++)

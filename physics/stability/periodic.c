@@ -285,6 +285,8 @@ enum ad_status phys_periodic_find(const struct phys_system *system,
     *found = (struct phys_periodic){.period = NAN, .uncertainty = NAN, .closure = NAN};
     if (AD_LACKS(error, system, system->scene, settings))
         return error->status;
+    if (phys_refuse_constraints(system, "periodic motions", error) != AD_OK)
+        return error->status;
     AD_OWN(phys_periodic_settings, settings, context, error);
     if (AD_LACKS(error, settings->x))
         return error->status;

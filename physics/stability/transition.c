@@ -5,6 +5,7 @@
 #include "internal.h"
 #include "autodiff/sized.h"
 #include "physics/motion/time_scan.h"
+#include "physics/system/internal.h"
 
 #include <float.h>
 #include <math.h>
@@ -136,6 +137,8 @@ enum ad_status phys_transition(const struct phys_system *system, const double *x
     struct phys_ode ode = {0}, plain = {0};
     if (AD_LACKS(error, system, system->scene, x, settings, matrix, uncertainty))
         return error->status;
+    if (phys_refuse_constraints(system, "variations", error) != AD_OK)
+        return error->status;
     AD_OWN(phys_lyapunov_settings, settings, context, error);
     const size_t d = 2 * system->dof;
     if (begin_checked(settings, d * d, matrix, uncertainty, error) != AD_OK)
@@ -165,6 +168,8 @@ enum ad_status phys_sensitivity(const struct phys_system *system, const double *
 {
     struct phys_ode ode = {0};
     if (AD_LACKS(error, system, system->scene, settings, names, matrix, uncertainty))
+        return error->status;
+    if (phys_refuse_constraints(system, "variations", error) != AD_OK)
         return error->status;
     AD_OWN(phys_lyapunov_settings, settings, context, error);
     const size_t d = 2 * system->dof;

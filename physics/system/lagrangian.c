@@ -93,6 +93,35 @@ ad_var phys_system_add_forces(const struct phys_system *system, ad_var force, ad
     return force;
 }
 
+ad_var phys_system_constraint(const struct phys_system *system, ad_var q, ad_var t)
+{
+    if (lacks_scene(system, q) || !system->scene->constraint)
+        return q;
+    phys_recording_begin(system, q.tape);
+    ad_var g = system->scene->constraint(q, t, system->params);
+    phys_recording_end();
+    return of_shape(system, "constraint", system->scene->n_constraints, q, g);
+}
+
+ad_var phys_system_observable(const struct phys_system *system, size_t k, ad_var q, ad_var v,
+                              ad_var t)
+{
+    if (lacks_scene(system, q) || k >= system->scene->n_observables)
+        return q;
+    const struct phys_observable *o = &system->scene->observables[k];
+    return checked(system, o->name, q, call(system, o->value, q, v, t));
+}
+
+enum ad_status phys_refuse_constraints(const struct phys_system *system, const char *what,
+                                       struct ad_error *error)
+{
+    return system && system->scene && system->scene->constraint
+               ? ad_fail(error, AD_E_ARGUMENT,
+                         "%s has constraints, of which %s know nothing; try simulate",
+                         system->scene->name, what)
+               : AD_OK;
+}
+
 enum ad_status phys_refuse_forces(const struct phys_system *system, const char *what,
                                   struct ad_error *error)
 {
@@ -101,5 +130,5 @@ enum ad_status phys_refuse_forces(const struct phys_system *system, const char *
                          "%s has forces that are not in L (dissipation, forces); %s are of L "
                          "alone; try simulate",
                          system->scene->name, what)
-               : AD_OK;
+               : phys_refuse_constraints(system, what, error);
 }

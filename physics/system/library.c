@@ -33,6 +33,14 @@ static bool strings_are_printable(const struct phys_scene *s)
     for (size_t k = 0; s->coordinates && k < s->dof; k++)
         if (s->coordinates[k] && !phys_utf8_is_printable(s->coordinates[k]))
             return false;
+    for (size_t k = 0; k < s->n_constraints; k++)
+        if (!s->constraints[k] || !phys_utf8_is_printable(s->constraints[k]))
+            return false;
+    for (size_t k = 0; k < s->n_observables; k++)
+        if (!s->observables[k].name || !s->observables[k].value ||
+            !phys_utf8_is_printable(s->observables[k].name) ||
+            (s->observables[k].unit && !phys_utf8_is_printable(s->observables[k].unit)))
+            return false;
     for (size_t k = 0; k < s->n_params; k++)
         if (!phys_utf8_is_printable(s->params[k].name) ||
             (s->params[k].unit && !phys_utf8_is_printable(s->params[k].unit)) ||
@@ -60,8 +68,14 @@ const char *phys_scene_flaw(const struct phys_scene *s)
         return "without a Lagrangian (or kinetic and potential energy)";
     if (s->ode && (s->dissipation || s->forces))
         return "with forces beside equations of motion of its own, which know nothing of them";
-    if (s->free_time && (s->dissipation || s->forces))
-        return "with forces, whose time is free: its paths are of L alone";
+    if (s->free_time && (s->dissipation || s->forces || s->constraint))
+        return "with forces, or constraints, whose time is free: its paths are of L alone";
+    if (s->ode && s->constraint)
+        return "with constraints beside equations of motion of its own, which know nothing of them";
+    if (!s->constraint != !s->n_constraints || (s->constraint && !s->constraints))
+        return "with constraints but no callback, number or names of them";
+    if (s->n_observables && !s->observables)
+        return "with observables but no table of them";
     if (!s->start)
         return "without a start";
     if (s->slices < 3 || !(s->dt > 0) || !isfinite(s->dt))

@@ -95,6 +95,7 @@ static ad_tape *record(const struct phys_system *system, size_t n, const size_t 
         .system = system, .n = n, .which = which, .vars = p, .taken = taken});
     phys_system_lagrangian(system, q, v, t);
     phys_system_add_forces(system, q, q, v, t);
+    phys_system_constraint(system, q, t);
     phys_variables_bind(old);
     return tape;
 }

@@ -15,6 +15,8 @@ AD_HEADER_BEGIN
 /* L for all time slices at once. q, v: [dof x n] (row k is coordinate k), t: [1 x n]; returns
    [1 x n]. Slice i of the result may depend on slice i of the inputs only. */
 typedef ad_var phys_lagrangian(ad_var q, ad_var v, ad_var t, const void *params);
+/* Holonomic constraints of all time slices at once: [n_constraints x n], 0 where they hold. */
+typedef ad_var phys_constraint(ad_var q, ad_var t, const void *params);
 
 /* Differences of all pairs of bodies as rows. q: [bodies*dims x n], body b in rows b*dims ...;
    d[k], k < dims, becomes [pairs x n] with x_k(i) - x_k(j) for i < j in lexicographic order, pairs
@@ -69,6 +71,12 @@ struct phys_preset {
     struct phys_noise noise;
     const struct phys_setting *set; /* parameters that differ from the defaults */
     size_t n_set;
+};
+
+/* A function of the motion that reports follow: [1 x n], as L is. */
+struct phys_observable {
+    const char *name, *unit;
+    phys_lagrangian *value;
 };
 
 enum phys_picture {
@@ -130,6 +138,13 @@ struct phys_scene {
     /* Of point masses under 1/r attraction, and whatever else is weak: G m of each body, for
        wisdom-holman. NULL: not known. */
     void (*gm)(const void *params, double gm[]);
+    /* Constraints g(q, t) = 0, or NULL, with their names: M a = ... + G^T lambda, G = g_q. Motion
+       alone has them, as above. */
+    phys_constraint *constraint;
+    const char *const *constraints; /* [n_constraints] */
+    size_t n_constraints;
+    const struct phys_observable *observables; /* table of n_observables */
+    size_t n_observables;
 };
 
 /* Built-in scenes, a NULL-terminated table. */
@@ -190,6 +205,11 @@ bool phys_system_has_forces(const struct phys_system *system);
 /* Records force + Q - D_v, or `force` [dof x n] itself where the scene has neither. AD_E_SHAPE if a
    callback returns another shape. */
 ad_var phys_system_add_forces(const struct phys_system *system, ad_var force, ad_var q, ad_var v,
+                              ad_var t);
+/* Records g [n_constraints x n] of a scene that has constraints, and its observable k [1 x n].
+   AD_E_SHAPE as above. */
+ad_var phys_system_constraint(const struct phys_system *system, ad_var q, ad_var t);
+ad_var phys_system_observable(const struct phys_system *system, size_t k, ad_var q, ad_var v,
                               ad_var t);
 /* Records kinetic and potential energy [1 x n]: the scene's own, or, where its L does not split, (E
    + L)/2 and (E - L)/2 with E = v L_v - L. */

@@ -136,6 +136,35 @@ static void test_damped(void **state)
     assert_int_equal(shell("$LA modes ./damped.so"), 2);
 }
 
+/* From rest, the rod bears m g (3 - 2 cos 1) at the lowest place; L_z is what --csv says. */
+static void test_rod(void **state)
+{
+    (void)state;
+    double row[8];
+    build("rod", "");
+    shell_works("$LA simulate ./rod.so --time 2 --tol 1e-9 --json --csv rod.csv --out rod.h5");
+    assert_close(shell_number("constraint_residual"), 0, 0, 1e-8);
+    assert_close(shell_number("energy_drift"), 0, 0, 1e-8);
+    assert_non_null(strstr(shell_last_line(), "\"name\": \"L_z\""));
+    for (int k = 100; k < 1000; k += 100) { /* t, x, y, velocities, reactions, L_z */
+        assert_int_equal(row_of("rod.csv", k, row, 8), 8);
+        const double pull = row[3] * row[3] + row[4] * row[4] - 9.81 * row[2];
+        assert_close(row[5], -pull * row[1], 0, 1e-7);
+        assert_close(row[6], -pull * row[2], 0, 1e-7);
+        assert_close(row[7], row[1] * row[4] - row[2] * row[3], 0, 1e-12);
+    }
+    shell_works("$LA dump rod.h5");
+    assert_int_equal(shell("$LA path ./rod.so"), 2);
+    assert_int_equal(shell("$LA path ./rod.so --tol 1e-6"), 2);
+    assert_int_equal(shell("$LA path ./rod.so --all"), 2);
+    assert_int_equal(shell("$LA modes ./rod.so"), 2);
+    assert_int_equal(shell("$LA simulate ./rod.so --lyapunov 1"), 2);
+    assert_int_equal(shell("$LA simulate ./rod.so --sensitivity"), 2);
+    assert_int_equal(shell("$LA simulate ./rod.so --horizon 1e-6"), 2);
+    assert_int_equal(shell("$LA simulate ./rod.so --periodic 2"), 2);
+    assert_int_equal(shell("$LA fit ./rod.so rod.csv --free l"), 2);
+}
+
 /* A small swing about the tilted rest comes back after 2 pi/(w sin theta). */
 static void test_hoop(void **state)
 {
@@ -212,9 +241,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_refusals),     cmocka_unit_test(test_magnetic),
         cmocka_unit_test(test_relativistic), cmocka_unit_test(test_driven),
-        cmocka_unit_test(test_damped),       cmocka_unit_test(test_hoop),
-        cmocka_unit_test(test_chain),        cmocka_unit_test(test_torus),
-        cmocka_unit_test(test_elastic),
+        cmocka_unit_test(test_damped),       cmocka_unit_test(test_rod),
+        cmocka_unit_test(test_hoop),         cmocka_unit_test(test_chain),
+        cmocka_unit_test(test_torus),        cmocka_unit_test(test_elastic),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }

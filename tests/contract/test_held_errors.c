@@ -132,6 +132,8 @@ static void touched(int signal)
     X(phys_crossing_read, phys_crossing_read(P, P, P, e))                                          \
     X(phys_motion_solve, phys_motion_solve(P, P, P, e))                                            \
     X(phys_motion_work, phys_motion_work(P, P, P, e))                                              \
+    X(phys_motion_reactions, phys_motion_reactions(P, P, P, e))                                    \
+    X(phys_observe, phys_observe(P, 1, P, P, P, e))                                                \
     X(phys_motion_check_start, phys_motion_check_start(P, 1, P, P, e))                             \
     X(phys_motion_met, phys_motion_met(P, P, e))                                                   \
     X(phys_ensemble_solve, phys_ensemble_solve(P, P, P, e))                                        \

@@ -66,7 +66,8 @@ enum ad_status problem_field(const struct problem *motion, const struct phys_int
 {
     if (phys_ode_for(&motion->system, integrator, ode, error) == AD_OK)
         *suits = (ode->kick || !integrator->separable) &&
-                 (motion->system.scene->gm || !integrator->dominated);
+                 (motion->system.scene->gm || !integrator->dominated) &&
+                 strcmp(integrator->name, "rattle") != 0; /* without constraints, velocity-verlet */
     return error->status;
 }
 
