@@ -53,7 +53,7 @@ enum ad_status rollout_steps(const struct rollout_options *o, struct hnn_rollout
     if (isnan(o->dt) && !s->integrator->adaptive)
         return ad_fail(error, AD_E_ARGUMENT, "--integrator %s needs --dt DT, such as --dt 0.01",
                        name);
-    s->dt = o->dt;
+    s->dt = option_number_or(o->dt, 0);
     s->rtol = isnan(o->rtol) ? 0 : o->rtol;
     s->add = isnan(o->add_energy) ? 0 : o->add_energy;
     s->add_at = o->at;

@@ -25,7 +25,7 @@ static struct control control_of(size_t order)
 static const double safety = 0.9;
 
 enum { STALL = 20000 };           /* steps after which a run is looked at */
-static const double moved = 1e-3; /* of the time, at least, in so many */
+static const double moved = 1e-3; /* of the time, or of as many steps of the longest, in so many */
 
 static double clamp(double x, double low, double high) { return fmin(fmax(x, low), high); }
 
@@ -61,9 +61,10 @@ static enum ad_status check_stall(struct run *run, struct ad_error *error)
     char name[64];
     if (steps < STALL)
         return AD_OK;
-    const bool stalls =
-        info->rejected - run->looked.rejected > steps / 4 &&
-        fabs(m->t - run->looked.t) < moved * fabs(run->settings->t1 - run->settings->t0);
+    const double way =
+        fmin(fabs(run->settings->t1 - run->settings->t0), (double)steps * info->max_step);
+    const bool stalls = info->rejected - run->looked.rejected > steps / 4 &&
+                        fabs(m->t - run->looked.t) < moved * way;
     if (stalls) {
         phys_ode_component(m->ode, m->worst, name, sizeof name);
         return ad_fail(error, AD_E_ACCURACY,

@@ -217,7 +217,7 @@ static void test_refusals(void **state)
     refused("rollout hnn.h5 --x0 1", "--x0 momenta 2");
     refused("rollout hnn.h5 --x0 1,b", "found 'b'");
     refused("rollout hnn.h5 --truth sprint", "did you mean 'spring'");
-    refused("rollout hnn.h5 --truth twobody", "8 momenta 2");
+    refused("rollout hnn.h5 --truth twobody", "8 2");
     refused("rollout hnn.h5 --truth spring.csv", "--time-column");
     refused("rollout hnn.h5 --x0 1,0 --integrator verlet --dt 0.1", "verlet gauss2");
     refused("rollout hnn.h5 --x0 1,0 --integrator variational-left --dt 0.1", "Lagrangian");

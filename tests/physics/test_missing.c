@@ -261,6 +261,8 @@ static void test_unknown_numbers(void **state)
     assert_int_equal(phys_legendre_velocity(l, q, NULL, 0, v, &e), AD_E_ARGUMENT);
     e = (struct ad_error){0};
     assert_false(phys_keeps_energy(NULL, &e) || phys_keeps_energy(&closed, &e));
+    assert_int_equal(e.status, AD_E_ARGUMENT);
+    e = (struct ad_error){0};
     assert_true(phys_keeps_energy(&pendulum, &e));
     phys_legendre_free(l);
     phys_system_close(&pendulum);
