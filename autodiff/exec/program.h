@@ -219,7 +219,7 @@ struct ad_program {
     char *more_tiles;
     size_t memory_bytes, tile_bytes, window; /* window: where on a thread's tiles windows begin */
     size_t threads;
-    bool has_matmul; /* or another call of OpenBLAS */
+    bool has_matmul;  /* or another call of OpenBLAS */
     double *products; /* seconds of products; NULL: not measured */
     bool was_run;
     bool held_stand; /* values that depend on held inputs are up to date */

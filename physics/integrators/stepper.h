@@ -27,7 +27,7 @@ struct phys_stepper {
 
 struct phys_scheme {
     bool constrains; /* keeps constraints by itself */
-    bool uses_rate; /* of the step's start: what the polynomial evaluates is not in vain */
+    bool uses_rate;  /* of the step's start: what the polynomial evaluates is not in vain */
     /* Doubles of work for a problem of length n; extra rows of the dense polynomial, or NULL. */
     size_t (*work)(const struct phys_integrator *integrator, size_t n);
     size_t (*extra)(const struct phys_integrator *integrator);
@@ -85,8 +85,8 @@ static inline double phys_allowed(const struct phys_tolerance *tolerance, size_t
 
 /* ---- families and methods ---- */
 
-extern const struct phys_scheme phys_constrained_splitting, phys_runge_kutta, phys_power_series, phys_splitting,
-    phys_collocation;
+extern const struct phys_scheme phys_constrained_splitting, phys_runge_kutta, phys_power_series,
+    phys_splitting, phys_collocation;
 
 /* Explicit Runge-Kutta method. Row i of `a` has i entries, packed. Weights of errors and of dense
    output run over the stages and then f(t + h, next); those of dense output then over the extra
