@@ -149,11 +149,12 @@ enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const do
 
 /* ---- the motion as well as double precision knows it (reference.c) ---- */
 
-/* A motion followed twice by extrapolation, which is no phys_integrator, at a tolerance of 1e-15:
-   the second time by other steps, which round differently. Where the two part the motion is not
-   known: it is chaotic, or there is a force that acts for a shorter time than steps see. From there
-   it is followed back: what it misses at the start is what both runs may have in common. Where
-   forces dissipate and the way back loses the motion, a run by dop853 shows that instead. */
+/* A motion followed twice by extrapolation, which is no phys_integrator, at a tolerance of 1e-15,
+   or at the tenfold of it to which the forces are known where their terms cancel: the second time
+   by other steps, which round differently. Where the two part the motion is not known: it is
+   chaotic, or there is a force that acts for a shorter time than steps see. From there it is
+   followed back: what it misses at the start is what both runs may have in common. Where forces
+   dissipate and the way back loses the motion, a run by dop853 shows that instead. */
 struct phys_reference {
     size_t n, dof;
     double *x; /* [n][2 dof]: q and v at the times */
@@ -163,7 +164,8 @@ struct phys_reference {
     double forward;  /* largest distance from the run by dop853; NaN: there is none */
     double
         horizon; /* first time an uncertainty exceeds `lost` sizes of the motion; INFINITY: none */
-    double seen; /* longest time between two looks at the forces */
+    double tolerance;       /* of a step */
+    double seen;            /* longest time between two looks at the forces */
     double time_resolution; /* ... that depend on time explicitly; 0: they do not */
     double
         time_unresolved; /* from when on they change more than can be followed; INFINITY: never */

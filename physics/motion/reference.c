@@ -1,7 +1,10 @@
 /* The reference motion, accurate to double precision (motion.h): two runs, whose distance shows how
    rounding grows, that of the start and of the mass matrix among it, and a run back to the start,
    which shows errors that both have in common. Where forces dissipate, the way back makes as much
-   of a rounding of the end, and a run forwards by another method shows them. */
+   of a rounding of the end, and a run forwards by another method shows them. Forces that are a
+   small difference of large terms are known to less than the tolerance: it is raised to their
+   rounding.
+ */
 #include "autodiff/free.h"
 #include "autodiff/ascending.h"
 #include "motion.h"
@@ -14,8 +17,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STEPS = 20 };   /* between landings, at most, where forces change abruptly with time */
-enum { LOOKS = 1000 }; /* stretches of time, at least, in which a step ends */
+enum { STEPS = 20 };     /* between landings, at most, where forces change abruptly with time */
+enum { LOOKS = 1000 };   /* stretches of time, at least, in which a step ends */
+enum { BUDGET = 20000 }; /* steps, beside landings, after which forces may be rounding */
+
+/* How much farther a step goes at ten times the tolerance, at least, where the forces are rounding,
+   whose error is in proportion to the length of the step; that of order 8 goes 1.3 times as far. */
+enum { FARTHER = 3 };
 
 static const double tolerance = 1e-15;
 static const char *const another = "dop853";
@@ -36,7 +44,9 @@ struct runs {
     struct phys_simulation how;
     struct phys_time_scan scan;   /* steps end at its times, too */
     bool interrupted, dissipates; /* energy is not conserved */
-    double longest;               /* step of the last run */
+    bool limited, exhausted;      /* to BUDGET; the last run was */
+    double longest, average;      /* step of the last run */
+    size_t steps;                 /* of the last run */
 };
 
 static int descending(const void *a, const void *b) { return ad_ascending(b, a); }
@@ -93,7 +103,9 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
         how.t1 = times[n - 1];
         how.n_samples = m;
         how.times = landing;
-        how.max_steps = runs->scan.n ? STEPS * (m + LOOKS) : 0; /* a noisy pulse has no end */
+        how.max_steps = runs->limited  ? BUDGET + FARTHER * m
+                        : runs->scan.n ? STEPS * (m + LOOKS) /* a noisy pulse has no end */
+                                       : 0;
         phys_trajectory(&how, runs->ode, y, states, m + 1, path, &info, lost);
         for (; known < n && row[known] < info.samples; known++)
             for (size_t k = 0; k < states; k++)
@@ -102,9 +114,39 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
         ad_fail(lost, AD_E_MEMORY, "out of memory for the reference");
     }
     runs->interrupted |= info.stop == PHYS_SIMULATION_INTERRUPTED;
+    runs->exhausted = runs->limited && lost->status == AD_E_ACCURACY && info.steps >= BUDGET;
     runs->longest = info.max_step;
+    runs->average = fabs(info.t - times[0]) / (double)(info.steps + 1);
+    runs->steps = info.steps;
     AD_FREE(landing, row);
     return known;
+}
+
+/* The first run, at the tolerance above which the forces are more than rounding. */
+static void run_first(struct runs *runs, size_t n, const double *times, double *x,
+                      struct ad_error *error)
+{
+    struct phys_simulation *how = &runs->how;
+    double before = 0, last = how->rtol;
+    bool farther = true;
+    struct ad_error lost;
+    runs->limited = true;
+    do {
+        lost = (struct ad_error){0};
+        run(runs, n, times, 0, x, &lost);
+        farther = runs->average >= FARTHER * before;
+        if (farther) {
+            before = runs->average;
+            last = how->rtol;
+            how->rtol = how->atol *= 10;
+        }
+    } while (farther && runs->exhausted);
+    how->rtol = how->atol = last;
+    runs->limited = false;
+    if (!farther) /* as many steps as the motion asks for */
+        run(runs, n, times, 0, x, error);
+    else if (lost.status != AD_OK)
+        ad_fail(error, lost.status, "%s", lost.message);
 }
 
 /* True for a failure other than a lost motion. */
@@ -148,14 +190,29 @@ static void find_horizon(struct phys_reference *r, const double *times, double l
     }
 }
 
+/* What rounding of the forces makes of coordinates (half 0) or velocities by a row at most, where
+   it is more than the tolerance: in every step as much as is allowed, all in one direction. Runs
+   have its mean in common. */
+static double bias(const struct runs *runs, const struct phys_reference *r, const double *times,
+                   size_t row, size_t half)
+{
+    const struct phys_simulation *how = &runs->how;
+    const double time = fabs(times[row] - times[0]), *x = r->x + 2 * row * r->dof;
+    const double steps = (double)runs->steps * time / fabs(times[r->n - 1] - times[0]);
+    const double speed = how->scale[r->dof] + apart(r->dof, x + r->dof, NULL);
+    const double size = how->scale[0] + apart(r->dof, x, NULL) + time / 2 * speed;
+    return r->tolerance > tolerance ? r->tolerance * steps * (half ? speed : size) : 0;
+}
+
 /* Of the first run from the second, of which some rows are known. */
-static void compare(const double *second, size_t known, const double *times, double lost,
-                    struct phys_reference *r)
+static void compare(const struct runs *runs, const double *second, size_t known,
+                    const double *times, double lost, struct phys_reference *r)
 {
     for (size_t i = 0; i < 2 * r->n; i++) {
         size_t half = i / r->n, row = i % r->n, at = (2 * row + half) * r->dof;
         r->uncertainty[i] = row < known ? DBL_EPSILON * apart(r->dof, r->x + at, NULL) +
-                                              apart(r->dof, r->x + at, second + at)
+                                              apart(r->dof, r->x + at, second + at) +
+                                              bias(runs, r, times, row, half)
                                         : (double)INFINITY;
     }
     find_horizon(r, times, lost);
@@ -177,7 +234,7 @@ static enum ad_status compare_forwards(struct runs *runs, const double *times, d
     struct ad_error lost_way = {0};
     memcpy(x, r->x, 2 * r->dof * sizeof *x);
     runs->how.integrator = phys_integrator_find(another, error);
-    runs->how.rtol = runs->how.atol = tolerance_of_another;
+    runs->how.rtol = runs->how.atol = tolerance_of_another * (r->tolerance / tolerance);
     size_t known = run(runs, r->n, times, cut_of_another, x, &lost_way);
     if (hand_on(runs, &lost_way, error) != AD_OK || known < r->n)
         return error->status; /* no measure, either */
@@ -239,13 +296,14 @@ static enum ad_status measure(struct runs *runs, const double *times, double los
     double *again = second + rows;
     for (size_t k = 0; k < 2 * r->dof; k++)
         second[k] = r->x[k] * (1 + DBL_EPSILON); /* twice the rounding of the start */
-    run(runs, r->n, times, 0, r->x, error);
+    run_first(runs, r->n, times, r->x, error);
+    r->tolerance = runs->how.rtol;
     r->seen = runs->longest / (double)phys_extrapolation.order;
     if (error->status == AD_OK) {
         phys_ode_round_mass(runs->ode, DBL_EPSILON); /* of an entry, twice or more */
         size_t known = run(runs, r->n, times, cut, second, &lost_way);
         phys_ode_round_mass(runs->ode, 0);
-        compare(second, known, times, lost, r);
+        compare(runs, second, known, times, lost, r);
         if (hand_on(runs, &lost_way, error) == AD_OK)
             reverse(runs, times, lost, second, again, again + rows, r, error);
     }

@@ -54,6 +54,7 @@ static void forget_samples(struct phys_motion_solution *m)
     m->crossed = (struct phys_crossed){0};
     m->error = m->error_end = m->reversal = m->known_until = m->seen = (double)NAN;
     m->reference_uncertainty = m->reference_reversal = m->reference_forward = (double)NAN;
+    m->reference_tolerance = (double)NAN;
     m->worst_error = m->time_resolution = 0;
     m->time_unresolved = INFINITY;
     m->closest.distance = INFINITY;
@@ -237,6 +238,7 @@ static void measure_distance(const struct phys_reference *reference, const size_
         m->error = fmax(m->error, m->error_end);
     }
     m->known_until = reference->horizon;
+    m->reference_tolerance = reference->tolerance;
     m->reference_reversal = reference->reversal;
     m->reference_forward = reference->forward;
     m->seen = reference->seen;

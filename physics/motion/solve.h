@@ -115,8 +115,10 @@ struct phys_motion_solution {
     /* Of the reference: largest uncertainty; distance from the start after running back; from a run
        by dop853, where running back measures nothing; time from which it is unknown (INFINITY:
        known throughout; NaN: no reference); longest time between two evaluations of the forces;
-       size of the coordinates. */
+       size of the coordinates; tolerance of its steps, more than 1e-15 where rounding of the forces
+       is more. */
     double reference_uncertainty, reference_reversal, reference_forward, known_until, seen, size;
+    double reference_tolerance;
     double time_resolution, time_unresolved;
     struct phys_closest_approach closest;
     struct phys_crossed crossed;

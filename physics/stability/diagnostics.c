@@ -144,6 +144,13 @@ static void judge_crossings(const struct phys_motion_settings *settings,
 /* Where the reference is unknown or known to be wrong. */
 static void judge_error(const struct phys_motion_solution *m, struct phys_diagnosis *d)
 {
+    const double tightest = 1e-15;
+    if (m->reference_tolerance > tightest)
+        snprintf(more(d), sizeof *d->warning,
+                 "terms of the forces cancel: their rounding leaves the reference a tolerance of "
+                 "%.0e where it is otherwise %.0e, and known to %.2g; write L without large terms "
+                 "that cancel",
+                 m->reference_tolerance, tightest, m->reference_uncertainty);
     if (isfinite(m->time_unresolved))
         snprintf(more(d), sizeof *d->warning,
                  "from t = %.6g on the forces change with time too often to be followed: the error "
@@ -151,9 +158,9 @@ static void judge_error(const struct phys_motion_solution *m, struct phys_diagno
                  m->time_unresolved);
     if (isfinite(m->known_until))
         snprintf(more(d), sizeof *d->warning,
-                 "no error from t = %.6g on: two runs at a tolerance of 1e-15 diverge there; the "
+                 "no error from t = %.6g on: two runs at a tolerance of %.0e diverge there; the "
                  "motion is chaotic (see its horizon), or a force acts on it for less than %.2g",
-                 m->known_until, m->seen);
+                 m->known_until, m->reference_tolerance, m->seen);
     else if (known_distance(m) > too_much * m->size && !m->n_trials)
         snprintf(more(d), sizeof *d->warning, "the error %.3g is as large as the motion: try %s",
                  known_distance(m),
