@@ -8,6 +8,7 @@
    sign, and r mean nothing: an estimate that is small enough is raised to the distance from the
    path of a rule of higher order on the same slices, if it is less. */
 #include "internal.h"
+#include "physics/path/all/grid_independence.h"
 
 #include <float.h>
 #include <math.h>
@@ -96,6 +97,15 @@ bool phys_climb_verified(struct phys_climb *c, struct phys_level *level, struct 
                 "error %g cannot be verified: an eigenvalue of the second variation is zero within "
                 "its error, so that the path may lie elsewhere; try other ends, or another time",
                 c->tolerance);
+    bool exists = true;
+    if (close && error->status == AD_OK && c->doubted)
+        phys_path_grid_independent(c->system, c->to->settings, c->here.path, &exists, error);
+    if (!exists && error->status == AD_OK)
+        ad_fail(error, AD_E_ACCURACY,
+                "error %g cannot be verified: no motion was found near the path of %zu elements of "
+                "%s, which the grid alone may hold, as through a collision; try another start, or "
+                "other ends",
+                c->tolerance, level->elements, level->rule->name);
     if (!close)
         phys_spectrum_free(spectrum);
     return close;

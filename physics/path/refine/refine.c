@@ -13,6 +13,8 @@
 #include <stdlib.h>
 
 enum { COARSEST = 4, CHEAP = 32, UNSETTLED = 1 << 9 }; /* elements */
+/* Levels after which elements of high order that part are the last: all fit. */
+enum { MOST_PARTED = PHYS_LEVELS / 2 };
 enum { DESCENT = 500 }; /* steps of Adam, where Newton's method alone finds no one path */
 
 static const double LOST = 1e-12; /* of the path's size: not by rounding alone */
@@ -27,7 +29,7 @@ static void drop(struct phys_stage *stage)
     *stage = (struct phys_stage){.distance = (double)NAN};
 }
 
-/* Finer elements of high order have gone from the path that coarser ones agreed on to another: the
+/* Elements of high order have gone from the path that coarser ones agreed on to another: the
    grid alone held it, as one through a collision. */
 static bool has_parted(const struct phys_climb *c)
 {
@@ -69,7 +71,10 @@ static bool climb_level(struct phys_climb *c, const struct phys_rule *rule, size
         ad_fail(error, AD_E_ACCURACY, "%s", c->lost.message);
         return true;
     }
-    if ((elements >= UNSETTLED || has_parted(c)) && !phys_climb_settled(c, &c->here)) {
+    const bool settled = phys_climb_settled(c, &c->here), parts = !settled && has_parted(c);
+    c->doubted |= parts;
+    c->parted = parts && c->adam_steps >= DESCENT && c->to->n < MOST_PARTED;
+    if ((parts || (elements >= UNSETTLED && !settled)) && !c->parted) {
         c->to->unsettled = true;
         ad_fail(error, AD_E_ACCURACY,
                 "error %g: up to %zu elements of %s do not agree on a path, which may be one of "
@@ -78,7 +83,7 @@ static bool climb_level(struct phys_climb *c, const struct phys_rule *rule, size
         return true;
     }
     drop(&c->before);
-    if (level->found)
+    if (level->found && !c->parted)
         c->before = c->here;
     else
         drop(&c->here);
@@ -110,13 +115,15 @@ static const struct phys_rule *high_rule(const struct phys_climb *c, struct ad_e
 static bool climb_rungs(struct phys_climb *c, const struct phys_rule *rule, size_t first,
                         size_t last, bool any, struct ad_error *error)
 {
-    for (size_t elements = first; elements <= last; elements *= 2) {
+    for (size_t elements = first; elements <= last && !c->parted; elements *= 2) {
         if (climb_level(c, rule, elements, error))
             return true;
         const struct phys_rule *high = any ? high_rule(c, error) : NULL;
         if (high) {
             c->high = true;
-            return climb_rungs(c, high, elements, PHYS_FINEST, false, error);
+            if (climb_rungs(c, high, elements, PHYS_FINEST, false, error) || !c->parted)
+                return true;
+            c->high = c->parted = false;
         }
     }
     return false;
