@@ -1,5 +1,6 @@
 /* All paths where the mass depends on velocity or position, or with many coordinates; interrupted
    searches, and refusals. */
+#include "physics/path/all/grid_independence.h"
 #include "physics/path/internal.h"
 #include "tests/physics/published.h"
 #include "tests/physics/systems.h"
@@ -184,6 +185,39 @@ static void many_coordinates_are_listed(void **state)
     phys_system_close(&system);
 }
 
+/* The slices of a rule of several nodes: cos t is the motion; with a force in the last element it
+   is not. */
+static void many_coordinates_are_followed_to_the_last_element(void **state)
+{
+    enum { SLICES = 9 };
+    const double dt = 0.3, last = (SLICES - 2) * dt;
+    const struct phys_scene scene =
+        scene_of("oscillators", MANY, oscillators, SLICES, dt, all_at_one);
+    static double path[4 * MANY * SLICES];
+    struct phys_system system;
+    struct phys_rule_table table;
+    struct ad_error error = {0};
+    (void)state;
+    phys_system_make(&scene, &system, &error);
+    const struct phys_path_settings settings = {.size = sizeof settings,
+                                                .rule = phys_rule_find("gauss4", &error),
+                                                .slices = SLICES,
+                                                .dt = dt,
+                                                .learning_rate = 1};
+    settings.rule->fill(settings.rule, &table);
+    for (int forced = 0; forced < 2; forced++) {
+        bool confirmed = forced;
+        for (size_t k = 0; k < LENGTH(path); k++) {
+            double t = dt * ((double)(k % SLICES) + table.node[k / (MANY * SLICES)]);
+            path[k] = cos(t) + (forced ? 0.5 * pow(fmax(0, t - last), 2) : 0);
+        }
+        phys_path_grid_independent(&system, &settings, path, &confirmed, &error);
+        assert_no_error(&error);
+        assert_int_equal(confirmed, !forced);
+    }
+    phys_system_close(&system);
+}
+
 static bool ask_again(void *context)
 {
     int *left = context;
@@ -258,6 +292,7 @@ int main(void)
         cmocka_unit_test(a_mass_that_depends_on_the_velocity),
         cmocka_unit_test(a_mass_that_depends_on_the_place),
         cmocka_unit_test(many_coordinates_are_listed),
+        cmocka_unit_test(many_coordinates_are_followed_to_the_last_element),
         cmocka_unit_test(a_search_that_is_ended),
         cmocka_unit_test(newton_refuses_what_does_not_fit),
     };
