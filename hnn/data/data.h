@@ -106,6 +106,12 @@ struct hnn_dataset {
    contradictory settings. Free with hnn_dataset_free in any case. */
 enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
                                 struct hnn_dataset *dataset, struct ad_error *error);
+/* The same of states x [2 dof x samples] and their rates [2 dof x samples] in memory, both copied; the
+   last samples, this fraction of all, are used for the test. AD_E_INPUT names a number that is not
+   finite. */
+enum ad_status hnn_dataset_arrays(size_t dof, size_t samples, const double *x, const double *rate,
+                                  double test_fraction, struct hnn_dataset *dataset,
+                                  struct ad_error *error);
 void hnn_dataset_free(struct hnn_dataset *dataset); /* takes zero-initialised ones too */
 /* hnn_model_normalise with means, deviations and rates of the training samples; for rollouts with
    the rates of their first step. */

@@ -101,6 +101,17 @@ enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **ou
     return error->status;
 }
 
+enum ad_status hnn_model_new_network(const struct hnn_network *network, enum hnn_kind kind,
+                                     size_t dof, hnn_model **out, struct ad_error *error)
+{
+    struct hnn_settings settings = hnn_defaults(kind, dof);
+    settings.precision = AD_F64;
+    settings.network = network;
+    if (out)
+        *out = NULL;
+    return AD_LACKS(error, network, out) ? error->status : hnn_model_new(&settings, out, error);
+}
+
 static void forget(struct note *note) { AD_FREE(note->name, note->text); }
 
 void hnn_model_free(hnn_model *model)

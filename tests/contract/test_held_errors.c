@@ -151,6 +151,7 @@ static void touched(int signal)
     X(phys_periodic_find, phys_periodic_find(P, P, O, e))                                          \
     X(phys_fit_solve, phys_fit_solve(P, P, P, O, e))                                               \
     X(hnn_model_new, hnn_model_new(P, O, e))                                                       \
+    X(hnn_model_new_network, hnn_model_new_network(P, HNN_HAMILTONIAN, 1, O, e))                   \
     X(hnn_model_normalise, hnn_model_normalise(P, P, P, P, e))                                     \
     X(hnn_model_see, hnn_model_see(P, 1, P, e))                                                    \
     X(hnn_model_note, hnn_model_note(P, P, P, e))                                                  \
@@ -173,6 +174,7 @@ static void touched(int signal)
     X(hnn_trainer_save, hnn_trainer_save(P, P, P, e))                                              \
     X(hnn_trainer_resume, hnn_trainer_resume(P, P, e))                                             \
     X(hnn_dataset_read, hnn_dataset_read(P, O, e))                                                 \
+    X(hnn_dataset_arrays, hnn_dataset_arrays(1, 1, P, P, 0, O, e))                                 \
     X(hnn_dataset_normalise, hnn_dataset_normalise(P, P, e))                                       \
     X(hnn_task_find, hnn_task_find(P, e))                                                          \
     X(hnn_task_ode, hnn_task_ode(P, 1, P, e))                                                      \

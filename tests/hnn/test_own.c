@@ -204,13 +204,36 @@ static void test_loss(void **state)
     small_samples_free(&test);
 }
 
+/* A model made of a network alone is that of settings in double precision, and refuses as it does.
+ */
+static void test_model_of_network(void **state)
+{
+    struct ad_error error = {0}, wrong = {0}, none = {0};
+    struct hnn_network lacks = oscillator;
+    hnn_model *model;
+    (void)state;
+    if (hnn_model_new_network(&oscillator, HNN_HAMILTONIAN, 1, &model, &error) != AD_OK)
+        fail_msg("%s", error.message);
+    assert_int_equal(hnn_model_settings(model)->precision, AD_F64);
+    assert_memory_equal(hnn_model_parameters(model), start, sizeof start);
+    assert_field(model, 1);
+    hnn_model_free(model);
+    assert_int_equal(hnn_model_new_network(&oscillator, HNN_HAMILTONIAN, 0, &model, &wrong),
+                     AD_E_ARGUMENT);
+    assert_null(model);
+    lacks.start = NULL;
+    assert_int_equal(hnn_model_new_network(&lacks, HNN_HAMILTONIAN, 1, &model, &none),
+                     AD_E_ARGUMENT);
+    assert_mentions(none.message, "start");
+}
+
 /* The example, as a reader runs it, and the file that it leaves. */
 static void test_example(void **state)
 {
     (void)state;
     struct path folder = files_temporary(".");
     char *from = getcwd(NULL, 0);
-    struct hnn_network network = {.name = "pendulum", .size = 2, .record = energy};
+    struct hnn_network network = {.name = "ab", .size = 2, .record = energy};
     struct ad_error error = {0};
     hnn_model *model;
     assert_int_equal(chdir(folder.text), 0);
@@ -231,6 +254,7 @@ int main(void)
         cmocka_unit_test(test_network_and_its_file),
         cmocka_unit_test(test_refused_networks),
         cmocka_unit_test(test_loss),
+        cmocka_unit_test(test_model_of_network),
         cmocka_unit_test(test_example),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);

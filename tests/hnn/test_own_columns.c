@@ -5,6 +5,8 @@
 #include "hnn/data/data.h"
 #include "tests/mentions.h"
 
+#include <math.h>
+#include <stdint.h>
 #include <stdio.h>
 
 enum { ROWS = 40 };
@@ -111,11 +113,51 @@ static void test_refused_columns(void **state)
     hnn_dataset_free(&data);
 }
 
+/* Arrays [4 x 10] of two coordinates: the samples are theirs, the last three are kept for the test.
+ */
+static void test_arrays(void **state)
+{
+    enum { N = 10, TEST = 3 };
+    double x[4][N], rate[4][N];
+    struct hnn_dataset data;
+    struct ad_error error = {0}, nan = {0}, few = {0};
+    (void)state;
+    for (int c = 0; c < 4; c++)
+        for (int i = 0; i < N; i++)
+            x[c][i] = sin(1.3 * i + c), rate[c][i] = cos(0.7 * i - c);
+    if (hnn_dataset_arrays(2, N, *x, *rate, 0.3, &data, &error) != AD_OK)
+        fail_msg("%s", error.message);
+    assert_true(data.dof == 2 && data.train.n == N - TEST && data.test.n == TEST);
+    for (int c = 0; c < 4; c++) {
+        double mean = 0;
+        assert_memory_equal(data.train.x + c * (N - TEST), x[c], (N - TEST) * sizeof(double));
+        assert_memory_equal(data.train.target + c * (N - TEST), rate[c],
+                            (N - TEST) * sizeof(double));
+        assert_memory_equal(data.test.x + c * TEST, x[c] + N - TEST, TEST * sizeof(double));
+        assert_memory_equal(data.test.target + c * TEST, rate[c] + N - TEST, TEST * sizeof(double));
+        for (int i = 0; i < N - TEST; i++)
+            mean += x[c][i] / (N - TEST);
+        assert_close(data.centre[c], mean, 0, 1e-15);
+    }
+    hnn_dataset_free(&data);
+    rate[1][6] = NAN;
+    assert_int_equal(hnn_dataset_arrays(2, N, *x, *rate, 0, &data, &nan), AD_E_INPUT);
+    assert_mentions(nan.message, "row 7 of column 6");
+    const size_t dofs[] = {0, SIZE_MAX / 2 + 2, 1}, samples[] = {N, N, 0};
+    for (size_t k = 0; k < 3; k++) {
+        few.status = AD_OK;
+        assert_int_equal(hnn_dataset_arrays(dofs[k], samples[k], *x, *rate, 0, &data, &few),
+                         AD_E_ARGUMENT);
+        assert_null(data.values);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_columns),
         cmocka_unit_test(test_refused_columns),
+        cmocka_unit_test(test_arrays),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }
