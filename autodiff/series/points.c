@@ -33,17 +33,22 @@ static double *vectors(size_t n) { return aligned_alloc(64, (n + 1) * P * sizeof
 
 void ad_points_input(ad_points *points, size_t p, size_t k, size_t i, double value)
 {
-    points->values[(points->model->first_input[k] + i) * P + p] = value;
+    if (points && p < P)
+        points->values[(points->model->first_input[k] + i) * P + p] = value;
 }
 
 void ad_points_values(const ad_points *points, size_t p, ad_series *to)
 {
+    if (!points || !to || p >= P)
+        return;
     for (size_t i = to->n_input; i < to->n_output; i++)
         to->coefficients[to->output[i] * to->stride] = points->values[to->output[i] * P + p];
 }
 
 void ad_points_flow(ad_points *points, size_t order, double *c)
 {
+    if (!points || !c)
+        return;
     points->run(ad_jet_evaluate, points->model->jets, points->values, points->numbers,
                 points->packs, c, order);
 }
@@ -51,12 +56,16 @@ void ad_points_flow(ad_points *points, size_t order, double *c)
 void ad_points_sum(const ad_points *points, size_t order, const double *c, const double *orders,
                    const double *h, double *sum, double *slope, double *power)
 {
+    if (!points || !c || !orders || !h || !sum || !slope || !power)
+        return;
     points->sums(c, orders, h, order, sum, slope, power);
 }
 
 void ad_points_finite(const ad_points *points, size_t order, const double *c, const double *orders,
                       double *finite)
 {
+    if (!points || !c || !orders || !finite)
+        return;
     points->finite(c, orders, order, finite);
 }
 
@@ -72,6 +81,8 @@ static bool is_alike(const struct jet *a, const struct jet *b)
 
 bool ad_points_put(ad_points *points, size_t p, const ad_series *s)
 {
+    if (!points || !s || p >= P)
+        return false;
     const ad_series *m = points->model;
     bool alike = s->n == m->n && s->n_input == m->n_input && s->n_output == m->n_output &&
                  memcmp(s->output, m->output, s->n_output * sizeof *s->output) == 0;

@@ -32,8 +32,9 @@ bool ad_take(void *own, size_t size, size_t least, const void *given, const char
 
 void ad_give(void *given, const void *defaults, size_t size)
 {
-    size_t has;
-    memcpy(&has, given, sizeof has);
+    size_t has = 0;
+    if (given)
+        memcpy(&has, given, sizeof has);
     if (has > sizeof has)
         memcpy((char *)given + sizeof has, (const char *)defaults + sizeof has,
                (has < size ? has : size) - sizeof has);

@@ -59,7 +59,10 @@ const struct phys_ephemeris_model phys_ephemeris_models[PHYS_EPHEMERIS_MODELS] =
      .relativity = true},
 };
 
-const char *phys_ephemeris_planet(size_t planet) { return planets[planet]; }
+const char *phys_ephemeris_planet(size_t planet)
+{
+    return planet < PHYS_EPHEMERIS_PLANETS ? planets[planet] : NULL;
+}
 
 /* ---- tables ---- */
 

@@ -40,7 +40,7 @@ enum ad_status phys_ephemeris_tables_read(const char *folder, const char *from, 
                                           struct phys_ephemeris_tables *tables,
                                           struct ad_error *error);
 void phys_ephemeris_tables_free(struct phys_ephemeris_tables *tables);
-const char *phys_ephemeris_planet(size_t planet); /* its name */
+const char *phys_ephemeris_planet(size_t planet); /* its name; NULL: none */
 
 /* ---- tracks ---- */
 

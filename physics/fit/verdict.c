@@ -12,6 +12,11 @@ void phys_fit_name(const struct phys_system *system, const struct phys_fit_setti
                    const struct phys_fit *fit, size_t k, char *name, size_t size)
 {
     char of[48];
+    if (!name || !size)
+        return;
+    *name = 0;
+    if (!system || !system->dof || !settings || !fit)
+        return;
     if (k < fit->n_free) {
         snprintf(name, size, "%s", settings->free[k]);
         return;

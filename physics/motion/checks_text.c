@@ -7,8 +7,12 @@
 void phys_check_row_name(const struct phys_system *system, size_t k, char *name, size_t size)
 {
     char coordinate[32];
-    size_t dof = system->dof;
-    if (k == SIZE_MAX) {
+    size_t dof = system ? system->dof : 0;
+    if (!name || !size)
+        return;
+    if (!dof) {
+        *name = 0;
+    } else if (k == SIZE_MAX) {
         snprintf(name, size, "several coordinates");
     } else if (k == 2 * dof) {
         snprintf(name, size, "t");

@@ -7,12 +7,14 @@
 
 struct phys_grid phys_grid_of(const struct phys_path_settings *settings)
 {
+    if (!settings)
+        return (struct phys_grid){0};
     return (struct phys_grid){settings->rule, settings->slices, settings->dt, settings->mesh};
 }
 
 double phys_grid_time(const struct phys_grid *grid, size_t slice)
 {
-    return (grid->mesh ? grid->mesh[slice] : (double)slice) * grid->dt;
+    return !grid ? NAN : (grid->mesh ? grid->mesh[slice] : (double)slice) * grid->dt;
 }
 
 /* Time in units of dt at a share of the element behind a slice. */

@@ -11,6 +11,8 @@ static const double LOST = 10; /* allowed distance of the grid's motion, in exte
 
 void phys_path_line(size_t dof, size_t slices, const double *between, double *path)
 {
+    if (!between || !path)
+        return;
     for (size_t k = 0; k < dof; k++) {
         double first = between[k * slices], last = between[k * slices + slices - 1];
         for (size_t i = 0; i < slices; i++) {
@@ -22,6 +24,8 @@ void phys_path_line(size_t dof, size_t slices, const double *between, double *pa
 
 void phys_path_bend(size_t dof, size_t slices, const double *between, double *path)
 {
+    if (!between || !path)
+        return;
     for (size_t k = 0; k < dof; k++) {
         double *x = path + k * slices;
         double first = between[k * slices] - x[0];

@@ -52,8 +52,8 @@ struct phys_periodic {
 enum ad_status phys_periodic_find(const struct phys_system *system,
                                   const struct phys_periodic_settings *settings,
                                   struct phys_periodic *found, struct ad_error *error);
-void phys_periodic_free(struct phys_periodic *found); /* takes zero-initialised ones */
-const char *phys_periodic_word(enum phys_periodic_kind kind);
+void phys_periodic_free(struct phys_periodic *found);         /* takes zero-initialised ones */
+const char *phys_periodic_word(enum phys_periodic_kind kind); /* NULL: no such kind */
 
 AD_HEADER_END
 #endif
