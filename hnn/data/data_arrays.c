@@ -2,6 +2,7 @@
 #include "autodiff/free.h"
 #include "data.h"
 
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -23,11 +24,11 @@ enum ad_status hnn_dataset_arrays(size_t dof, size_t samples, const double *x, c
         *dataset = (struct hnn_dataset){0};
     if (AD_LACKS(error, x, rate, dataset))
         return error->status;
-    if (!dof || dof > DOF_MOST)
+    if (!dof || dof > DOF_MOST || samples > UINT32_MAX)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "arrays of %zu coordinates: expected 1 to %d; x and rate are [2 dof x "
-                       "samples]",
-                       dof, DOF_MOST);
+                       "arrays of %zu coordinates and %zu samples: expected 1 to %d, and at most "
+                       "4294967295",
+                       dof, samples, DOF_MOST);
     const double **column = malloc(2 * n * sizeof *column);
     char *state = malloc(n * DIGITS), *rates = malloc(n * DIGITS);
     if (column && state && rates) {

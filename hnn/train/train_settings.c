@@ -38,6 +38,9 @@ enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_train
         return ad_fail(error, AD_E_ARGUMENT, "training without an optimiser");
     if (train->n == 0)
         return ad_fail(error, AD_E_ARGUMENT, "there are no samples to train on");
+    if (train->n > UINT32_MAX || test->n > UINT32_MAX) /* hnn_data.order */
+        return ad_fail(error, AD_E_ARGUMENT, "samples: expected at most 4294967295, got %zu",
+                       train->n > test->n ? train->n : test->n);
     if (pixels != (train->frames != NULL) || (test->n && pixels != (test->frames != NULL)))
         return ad_fail(error, AD_E_ARGUMENT, "models of %s learn from %s",
                        pixels ? "pixels" : "states", pixels ? "frames" : "states and targets");

@@ -143,8 +143,8 @@ static void test_arrays(void **state)
     rate[1][6] = NAN;
     assert_int_equal(hnn_dataset_arrays(2, N, *x, *rate, 0, &data, &nan), AD_E_INPUT);
     assert_mentions(nan.message, "row 7 of column 6");
-    const size_t dofs[] = {0, SIZE_MAX / 2 + 2, 1}, samples[] = {N, N, 0};
-    for (size_t k = 0; k < 3; k++) {
+    const size_t dofs[] = {0, SIZE_MAX / 2 + 2, 1, 1}, samples[] = {N, N, 0, SIZE_MAX / 4};
+    for (size_t k = 0; k < 4; k++) {
         few.status = AD_OK;
         assert_int_equal(hnn_dataset_arrays(dofs[k], samples[k], *x, *rate, 0, &data, &few),
                          AD_E_ARGUMENT);

@@ -1,6 +1,7 @@
 /* A training loop of the caller: steps in pieces, rates and parameters set between them. */
 #include "small.h"
 #include "tests/close.h"
+#include "tests/mentions.h"
 #include "tests/files.h"
 
 #include <stdlib.h>
@@ -163,12 +164,32 @@ static void test_normalised_later(void **state)
     small_samples_free(&train);
 }
 
+/* The order of samples has numbers of 32 bits. */
+static void test_too_many_samples(void **state)
+{
+    (void)state;
+    struct hnn_samples train = small_pendulum(1, 20, 0), many = train;
+    struct hnn_settings settings = seven();
+    struct hnn_training training = hnn_training_defaults();
+    struct ad_error error = {0};
+    hnn_model *model = small_model(&settings);
+    hnn_trainer *trainer;
+    many.n = (size_t)1 << 32;
+    assert_int_equal(hnn_trainer_new(model, &training, &many, NULL, &trainer, &error),
+                     AD_E_ARGUMENT);
+    assert_mentions(error.message, "4294967296");
+    assert_null(trainer);
+    hnn_model_free(model);
+    small_samples_free(&train);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_advance),
         cmocka_unit_test(test_between_steps),
         cmocka_unit_test(test_normalised_later),
+        cmocka_unit_test(test_too_many_samples),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }
