@@ -130,8 +130,8 @@ typedef struct hnn_model hnn_model;
    contradict each other. Settings are copied. */
 enum ad_status hnn_model_new(const struct hnn_settings *settings, hnn_model **model,
                              struct ad_error *error);
-/* A new model in double precision whose network is the caller's own. AD_E_ARGUMENT as above. Settings
-   beyond these: hnn_settings.network. */
+/* A new model in double precision whose network is the caller's own. AD_E_ARGUMENT as above.
+   Settings beyond these: hnn_settings.network. */
 enum ad_status hnn_model_new_network(const struct hnn_network *network, enum hnn_kind kind,
                                      size_t dof, hnn_model **model, struct ad_error *error);
 void hnn_model_free(hnn_model *model); /* takes NULL */

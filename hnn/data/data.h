@@ -106,9 +106,9 @@ struct hnn_dataset {
    contradictory settings. Free with hnn_dataset_free in any case. */
 enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
                                 struct hnn_dataset *dataset, struct ad_error *error);
-/* The same of states x [2 dof x samples] and their rates [2 dof x samples] in memory, both copied; the
-   last samples, this fraction of all, are used for the test. AD_E_INPUT names a number that is not
-   finite. */
+/* The same of states x [2 dof x samples] and their rates [2 dof x samples] in memory, both copied;
+   the last samples, this fraction of all, are used for the test. AD_E_INPUT names a number that is
+   not finite; AD_E_ARGUMENT for no or over 2^32 - 1 samples, and a fraction that leaves none. */
 enum ad_status hnn_dataset_arrays(size_t dof, size_t samples, const double *x, const double *rate,
                                   double test_fraction, struct hnn_dataset *dataset,
                                   struct ad_error *error);
