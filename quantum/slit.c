@@ -31,7 +31,9 @@ void qm_slit_defaults_to(struct qm_slit_setup *settings)
 
 static enum ad_status reserve(struct qm_slit *s, struct ad_error *error)
 {
-    const size_t n = s->x.n, most = (size_t)1 << 24, all = n < most ? n * n : SIZE_MAX / 1024;
+    const size_t n = s->x.n, most = 1 << 15, all = n * n;
+    if (n > most)
+        return ad_fail(error, AD_E_ARGUMENT, "points: expected at most %zu, got %zu", most, n);
     s->Kx = calloc(5 * all, sizeof *s->Kx);
     s->density = malloc((FRAMES + 2) * all * sizeof *s->density);
     s->time = malloc((FRAMES + 2) * sizeof *s->time);
