@@ -44,6 +44,52 @@ static enum ad_status find_scene(const char *name, struct phys_system *system,
     return AD_OK;
 }
 
+/* A column of the motion is its name alone: t, energy, coordinates with and without v_ and
+   reaction_, parameters and observables differ. */
+static bool is_taken(const struct phys_system *system, size_t observable)
+{
+    const struct phys_scene *scene = system->scene;
+    const char *name = scene->observables[observable].name;
+    static const char *const prefixes[] = {"", "v_", "reaction_"};
+    char coordinate[64];
+    if (!strcmp(name, "t") || !strcmp(name, "energy") || !strcmp(name, "error"))
+        return true;
+    for (size_t k = 0; k < observable; k++)
+        if (!strcmp(name, scene->observables[k].name))
+            return true;
+    for (size_t k = 0; k < scene->n_params; k++)
+        if (!strcmp(name, scene->params[k].name))
+            return true;
+    for (size_t k = 0; k < system->dof; k++) {
+        phys_coordinate_name(system, k, coordinate, sizeof coordinate);
+        for (size_t i = 0; i < sizeof prefixes / sizeof *prefixes; i++)
+            if (!strncmp(name, prefixes[i], strlen(prefixes[i])) &&
+                !strcmp(name + strlen(prefixes[i]), coordinate))
+                return true;
+    }
+    return false;
+}
+
+static enum ad_status check_observables(const struct phys_system *system, struct ad_error *error)
+{
+    const struct phys_scene *scene = system->scene;
+    for (size_t k = 0; k < scene->n_observables; k++) {
+        const char *name = scene->observables[k].name;
+        if (!*name || strlen(name) > 60 || strpbrk(name, ",\"=<>: "))
+            return ad_fail(error, AD_E_INPUT,
+                           "%s: an observable cannot be named '%.60s'; expected up to 60 letters, "
+                           "without spaces and , \" = < > :",
+                           scene->name, name);
+        if (is_taken(system, k))
+            return ad_fail(error, AD_E_INPUT,
+                           "%s: observable %s has the name of a coordinate, a velocity, a "
+                           "parameter, t, energy, error, or another observable; expected one of "
+                           "its own",
+                           scene->name, name);
+    }
+    return AD_OK;
+}
+
 enum ad_status phys_system_begin(struct phys_system *system, const struct phys_scene *scene,
                                  struct ad_error *error)
 {
@@ -55,7 +101,7 @@ enum ad_status phys_system_begin(struct phys_system *system, const struct phys_s
         *phys_param_value(system, k) = scene->params[k].value;
     if (!measure(system))
         return ad_fail(error, AD_E_INPUT, "%s: the default parameters are invalid", scene->name);
-    return AD_OK;
+    return check_observables(system, error);
 }
 
 enum ad_status phys_system_open(const char *name, struct phys_system *system,

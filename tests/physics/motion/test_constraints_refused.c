@@ -223,6 +223,35 @@ static void wrong_constraints_are_named(void **state)
     phys_system_close(&system);
 }
 
+/* Each would give two columns of one name. */
+static void names_of_observables_are_their_own(void **state)
+{
+    static const struct phys_param params[] = {{"g", "", "gravity", 1, 0}};
+    static const struct {
+        const char *name;
+        enum ad_status status;
+    } cases[] = {{"x1", AD_E_INPUT},  {"v_y1", AD_E_INPUT}, {"reaction_z1", AD_E_INPUT},
+                 {"t", AD_E_INPUT},   {"g", AD_E_INPUT},    {"energy", AD_E_INPUT},
+                 {"L_z", AD_E_INPUT}, {"a,b", AD_E_INPUT},  {"", AD_E_INPUT},
+                 {"a=b", AD_E_INPUT}, {"v_", AD_OK},        {"x11", AD_OK}};
+    struct phys_scene scene = scene_with(rod, 1);
+    (void)state;
+    scene.params = params;
+    scene.n_params = 1;
+    scene.params_bytes = sizeof(double);
+    for (size_t k = 0; k < LENGTH(cases); k++) {
+        const struct phys_observable table[] = {{"L_z", "", coasts}, {cases[k].name, "", coasts}};
+        struct phys_system system;
+        struct ad_error error = {0};
+        scene.observables = table;
+        scene.n_observables = 2;
+        assert_int_equal(phys_system_make(&scene, &system, &error), cases[k].status);
+        if (cases[k].status != AD_OK)
+            assert_mentions(error.message, "bound observable");
+        phys_system_close(&system);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -230,6 +259,7 @@ int main(void)
         cmocka_unit_test(starts_beside_constraints_say_what_would_do),
         cmocka_unit_test(what_knows_no_constraints_says_so),
         cmocka_unit_test(wrong_constraints_are_named),
+        cmocka_unit_test(names_of_observables_are_their_own),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
