@@ -70,6 +70,9 @@ ad_var phys_unit_matrix(ad_tape *tape, size_t n);
 /* L_vv [dof x dof] at q, v [dof x 1] and t, where p [dof x 1] is L_v. */
 ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t, ad_var p);
 
+/* Observable k at x = (q, v); NaN where it is not defined. It is recorded each time. */
+double phys_observe_state(const struct phys_system *system, size_t k, const double *x, double t);
+
 /* A constant [rows x cols] of irregular numbers from 2/3 to 4/3: nothing cancels against them. */
 ad_var phys_irregular(ad_tape *tape, size_t rows, size_t cols, double phase);
 /* The sum of the rows of x, times such numbers. */

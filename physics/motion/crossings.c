@@ -1,6 +1,7 @@
 /* Events at which a quantity of the motion crosses a value (solve.h): parsing, detection, storage.
  */
 #include "solving.h"
+#include "physics/lagrangian/internal.h"
 #include "physics/system/internal.h"
 #include "physics/io/numbers.h"
 
@@ -11,8 +12,9 @@
 /* ---- quantities ---- */
 
 struct phys_quantity {
-    const char *name; /* NULL: a coordinate, as the scene calls it */
+    const char *name; /* NULL: prefix, and one that the scene names */
     const char *prefix;
+    size_t (*find)(const struct phys_system *system, const char *name);
     size_t bodies; /* that follow the name at most: NAME:A,B */
     /* Of the state x = (q, v), y as the ode has it. */
     double (*value)(const struct phys_crossing *c, const struct phys_ode *ode, double t,
@@ -52,26 +54,43 @@ static double distance(const struct phys_crossing *c, const struct phys_ode *ode
     return sqrt(sum);
 }
 
-static const struct phys_quantity quantities[] = {
-    {.name = "energy", .value = energy},
-    {.name = "distance", .bodies = 2, .value = distance},
-    {.prefix = "", .value = coordinate},
-    {.prefix = "v_", .value = velocity},
-};
+static double observable(const struct phys_crossing *c, const struct phys_ode *ode, double t,
+                         const double *y, const double *x)
+{
+    (void)y;
+    return phys_observe_state(ode->system, c->which[0], x, t);
+}
 
-/* ---- reading ---- */
+/* ---- names: SIZE_MAX if there is none ---- */
 
 static size_t find_coordinate(const struct phys_system *system, const char *name)
 {
     char known[64];
-    size_t k = 0;
-    for (; k < system->dof; k++) {
+    for (size_t k = 0; k < system->dof; k++) {
         phys_coordinate_name(system, k, known, sizeof known);
         if (strcmp(known, name) == 0)
-            break;
+            return k;
     }
-    return k;
+    return SIZE_MAX;
 }
+
+static size_t find_observable(const struct phys_system *system, const char *name)
+{
+    for (size_t k = 0; k < system->scene->n_observables; k++)
+        if (strcmp(system->scene->observables[k].name, name) == 0)
+            return k;
+    return SIZE_MAX;
+}
+
+static const struct phys_quantity quantities[] = {
+    {.name = "energy", .value = energy},
+    {.name = "distance", .bodies = 2, .value = distance},
+    {.prefix = "", .find = find_coordinate, .value = coordinate},
+    {.prefix = "v_", .find = find_coordinate, .value = velocity},
+    {.prefix = "", .find = find_observable, .value = observable},
+};
+
+/* ---- reading ---- */
 
 /* A body by its number from 1 or, where bodies have names, by its name; moves *text on. */
 static bool read_body(const struct phys_system *system, const char **text, size_t *body)
@@ -113,7 +132,7 @@ static bool read_quantity(const struct phys_system *system, const char *name,
         const char *rest = name + length;
         if (q->bodies ? *rest == ':' && read_bodies(system, rest + 1, crossing)
             : q->name ? *rest == '\0'
-                      : (crossing->which[0] = find_coordinate(system, rest)) < system->dof)
+                      : (crossing->which[0] = q->find(system, rest)) != SIZE_MAX)
             return true;
     }
     return false;
@@ -143,8 +162,9 @@ enum ad_status phys_crossing_read(const struct phys_system *system, const char *
     phys_coordinate_name(system, 0, first, sizeof first);
     return ad_fail(error, AD_E_ARGUMENT,
                    "event '%s': %s has no quantity '%s'; expected a coordinate (%s, ...), v_ and a "
-                   "coordinate (v_%s, ...), energy%s",
+                   "coordinate (v_%s, ...), energy%s%s",
                    text, system->scene->name, name, first, first,
+                   system->scene->n_observables ? ", an observable" : "",
                    system->scene->picture == PHYS_PICTURE_PLANE
                        ? ", distance:A from the origin or distance:A,B of two bodies"
                        : "");

@@ -43,8 +43,8 @@ struct phys_crossing {
     bool last;     /* ends the motion; parsing sets false */
 };
 /* Parses QUANTITY=VALUE, or > for rising and < for falling crossings; quantities are a coordinate,
-   v_ and a coordinate, energy, and, for bodies in the plane or in space, distance:A or
-   distance:A,B. AD_E_ARGUMENT lists what the scene has. */
+   v_ and a coordinate, energy, an observable, and, for bodies in the plane or in space, distance:A
+   or distance:A,B. AD_E_ARGUMENT lists what the scene has. */
 enum ad_status phys_crossing_read(const struct phys_system *system, const char *text,
                                   struct phys_crossing *crossing, struct ad_error *error);
 

@@ -63,11 +63,58 @@ static void texts_that_are_no_crossing_are_refused(void **state)
     phys_system_close(&system);
 }
 
+static ad_var product(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_mul(q, v);
+}
+
+/* q v = -sin(2 t)/2. */
+static void observables_cross_values(void **state)
+{
+    static const struct phys_observable table[] = {{"half", "", product}, {"qv", "", product}};
+    struct phys_system spring, system;
+    struct phys_motion_solution motion;
+    struct phys_crossing crossing;
+    struct ad_error error = {0};
+    const double one = 1, zero = 0;
+    (void)state;
+    phys_system_open("spring", &spring, &error);
+    struct phys_scene scene = *spring.scene;
+    scene.observables = table;
+    scene.n_observables = LENGTH(table);
+    phys_system_make(&scene, &system, &error);
+    phys_system_set(&system, "m", 1, &error);
+    phys_system_set(&system, "k", 1, &error);
+    assert_int_equal(phys_crossing_read(&system, "qv=0.25", &crossing, &error), AD_OK);
+    const struct phys_motion_settings settings = {.size = sizeof settings,
+                                                  .time = 6.2,
+                                                  .q = &one,
+                                                  .v = &zero,
+                                                  .error = 1e-10,
+                                                  .n_crossings = 1,
+                                                  .crossings = &crossing};
+    assert_int_equal(phys_motion_solve(&system, &settings, &motion, &error), AD_OK);
+    const struct phys_crossed *c = &motion.crossed;
+    assert_int_equal(c->n, 4);
+    for (size_t k = 0; k < c->n; k++) {
+        const double t = (k % 2 ? 11 : 7) * M_PI / 12 + M_PI * (double)(k / 2);
+        assert_close(c->t[k], t, 0, 1e-9);
+        assert_true(fabs(c->t[k] - t) <= c->uncertainty[k] + 1e-14);
+    }
+    phys_motion_solution_free(&motion);
+    assert_int_equal(phys_crossing_read(&system, "qvv=1", &crossing, &error), AD_E_ARGUMENT);
+    assert_mentions(error.message, "qvv observable");
+    phys_system_close(&system);
+    phys_system_close(&spring);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(crossings_are_found_in_their_order),
         cmocka_unit_test(texts_that_are_no_crossing_are_refused),
+        cmocka_unit_test(observables_cross_values),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
