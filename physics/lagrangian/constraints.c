@@ -354,3 +354,66 @@ enum ad_status phys_motion_check_constraints(phys_motion *motion, const double *
     free(b);
     return error->status;
 }
+
+/* ---- steps ---- */
+
+/* The state at the share s of a step h from x0 to x, both q, v: by Hermite's cubic. */
+static void go_between(size_t dof, const double *x0, const double *x, double h, double s,
+                       double *to)
+{
+    const double left = 1 - s, *v0 = x0 + dof, *v = x + dof;
+    for (size_t k = 0; k < dof; k++) {
+        to[k] = left * left * ((1 + 2 * s) * x0[k] + s * h * v0[k]) +
+                s * s * ((1 + 2 * left) * x[k] - left * h * v[k]);
+        to[dof + k] = left * v0[k] + s * v[k];
+    }
+}
+
+/* The sign of the determinant of A [n][n], which is lost. */
+static int determinant_sign(size_t n, double *A, int *pivots)
+{
+    int sign = phys_lapack_lu_factor(n, A, pivots) == 0;
+    for (size_t i = 0; i < n; i++)
+        if ((pivots[i] == (int)i + 1) != (A[i * n + i] > 0))
+            sign = -sign;
+    return sign;
+}
+
+/* det G(q) W(q0) is positive at q = q0, and changes its sign where G loses its rank, or turns by a
+   right angle: shorter pieces tell the two apart. */
+enum ad_status phys_motion_check_step(phys_motion *motion, double t, double h, const double *x0,
+                                      const double *x, struct ad_error *error)
+{
+    enum { PIECES = 32 };
+    struct phys_constraints *c = phys_motion_constraints(motion);
+    const size_t n = c->n, dof = c->dof;
+    double *place = malloc((2 * dof + n * dof) * sizeof *place);
+    bool passes = false;
+    if (!place)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    double *W = place + 2 * dof;
+    for (int pieces = 1; pieces <= PIECES && !passes; pieces *= PIECES) {
+        passes = true;
+        for (int i = 0; i < pieces && passes; i++) {
+            const double from = (double)i / pieces, to = (i + 1.0) / pieces;
+            go_between(dof, x0, x, h, from, place);
+            if (phys_motion_constrain(motion, place, place + dof, t + from * h, error) != AD_OK)
+                goto done;
+            memcpy(W, c->W, n * dof * sizeof *W);
+            go_between(dof, x0, x, h, to, place);
+            phys_constraints_evaluate(c, place, place + dof, t + to * h);
+            for (size_t k = 0; k < n * n; k++)
+                c->S[k] = dot(dof, c->G + k / n * dof, W + k % n * dof);
+            passes = determinant_sign(n, c->S, c->pivots) > 0;
+        }
+    }
+    if (!passes)
+        ad_fail(error, AD_E_NONFINITE,
+                "%s: the constraints are not independent everywhere between t = %g and %g (%s%s): "
+                "how the motion goes on is not determined; stop before that, or take shorter steps",
+                c->system->scene->name, t, t + h, c->system->scene->constraints[0],
+                n > 1 ? ", ..." : "");
+done:
+    free(place);
+    return error->status;
+}

@@ -56,6 +56,10 @@ enum ad_status phys_motion_project(phys_motion *motion, double t, double *q, dou
 /* Distances of q and v from ones that satisfy the constraints, to first order. */
 enum ad_status phys_motion_residual(phys_motion *motion, const double *q, const double *v, double t,
                                     double residual[2], struct ad_error *error);
+/* AD_E_NONFINITE where constraints lose their independence on the way from x0 [2 dof] = q, v at t
+   to x at t + h: no state of a motion need be at that place. */
+enum ad_status phys_motion_check_step(phys_motion *motion, double t, double h, const double *x0,
+                                      const double *x, struct ad_error *error);
 /* AD_E_ARGUMENT where the motion cannot start at (q, v, t), with the constraint, its residual and
    a state that would do. */
 enum ad_status phys_motion_check_constraints(phys_motion *motion, const double *q, const double *v,

@@ -1,4 +1,6 @@
 /* The driver of a simulation: steps, events, samples and energy. */
+#include "physics/lagrangian/constraints.h"
+#include "physics/ode/internal.h"
 #include "run.h"
 #include "autodiff/sized.h"
 #include "autodiff/clock.h"
@@ -270,10 +272,14 @@ bool phys_run_looks_inside(const struct run *run)
 static enum ad_status project(struct run *run, struct ad_error *error)
 {
     struct phys_stepper *m = &run->stepper;
-    if (!m->ode->project || m->integrator->scheme->constrains)
-        return AD_OK;
-    m->has_next_rate = false;
-    return m->ode->project(m->ode->context, m->t + m->h, m->next, error);
+    phys_motion *motion = phys_ode_constrained_motion(m->ode);
+    if (m->ode->project && !m->integrator->scheme->constrains) {
+        m->has_next_rate = false;
+        m->ode->project(m->ode->context, m->t + m->h, m->next, error);
+    }
+    return error->status == AD_OK && motion
+               ? phys_motion_check_step(motion, m->t, m->h, m->y, m->next, error)
+               : error->status;
 }
 
 enum ad_status phys_run_accept(struct run *run, struct ad_error *error)

@@ -83,6 +83,13 @@ static enum ad_status start_slider(const void *params, uint64_t seed, double *q,
     return AD_OK;
 }
 
+/* The axes: where they cross there is no gradient, and no state of a motion is there. */
+static ad_var axes(ad_var q, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_mul(ad_row(q, 0), ad_row(q, 1));
+}
+
 static double shift, speed;
 
 static enum ad_status start(const void *params, uint64_t seed, double *q, double *v,
@@ -223,6 +230,55 @@ static void wrong_constraints_are_named(void **state)
     phys_system_close(&system);
 }
 
+static enum ad_status on_an_axis(const void *params, uint64_t seed, double *q, double *v,
+                                 struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = 0.603;
+    q[1] = q[2] = v[1] = v[2] = 0;
+    v[0] = -1;
+    return AD_OK;
+}
+
+static enum ad_status spins(const void *params, uint64_t seed, double *q, double *v,
+                            struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = 1;
+    q[1] = q[2] = v[0] = v[2] = 0;
+    v[1] = 20;
+    return AD_OK;
+}
+
+/* Steps of 2 rad about a centre turn the gradient by more than a right angle, and lose nothing. */
+static void steps_over_singular_places_are_refused(void **state)
+{
+    static const char *const methods[] = {NULL, "rk4", "rattle"};
+    struct phys_scene scene = constrained_scene("axes", 3, coasts, on_an_axis, axes, 1, names);
+    struct ad_error error;
+    (void)state;
+    for (size_t k = 0; k < LENGTH(methods); k++) {
+        assert_int_not_equal(constrained_refused(&scene, methods[k], &error), AD_OK);
+        assert_mentions(error.message, "axes independent first");
+    }
+    const struct phys_scene wheel = constrained_scene("wheel", 3, coasts, spins, rod, 1, names);
+    struct phys_system system = constrained_system(&wheel);
+    error = (struct ad_error){0};
+    const struct phys_motion_settings how = {.size = sizeof how,
+                                             .time = 2,
+                                             .dt = 0.1,
+                                             .every = 1,
+                                             .integrator = phys_integrator_find("rk4", &error),
+                                             .no_reference = true};
+    struct phys_motion_solution m;
+    phys_motion_solve(&system, &how, &m, &error);
+    assert_string_equal(error.message, "");
+    assert_int_equal(m.info.steps, 20);
+    assert_true(m.x[6] < 0);
+    phys_motion_solution_free(&m);
+    phys_system_close(&system);
+}
+
 /* Each would give two columns of one name. */
 static void names_of_observables_are_their_own(void **state)
 {
@@ -260,6 +316,7 @@ int main(void)
         cmocka_unit_test(what_knows_no_constraints_says_so),
         cmocka_unit_test(wrong_constraints_are_named),
         cmocka_unit_test(names_of_observables_are_their_own),
+        cmocka_unit_test(steps_over_singular_places_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
