@@ -214,10 +214,9 @@ enum ad_status hnn_task_observe(const struct hnn_task *task, const struct hnn_sa
     struct phys_ode ode = {0};
     struct phys_random random;
     double y[HNN_TASK_STATES_MOST];
-    if (AD_LACKS(error, task, sampling, observations))
+    if (AD_LACKS_RESULT(error, observations) || AD_LACKS(error, task, sampling))
         return error->status;
     AD_OWN(hnn_sampling, sampling, strength, error);
-    *observations = (struct hnn_observations){0};
     size_t points = sampling->points;
     phys_random_seed(&random, seed);
     if (check_sampling(task, sampling, error) == AD_OK &&

@@ -178,7 +178,7 @@ static void touched(int signal)
     X(hnn_dataset_normalise, hnn_dataset_normalise(P, P, e))                                       \
     X(hnn_task_find, hnn_task_find(P, e))                                                          \
     X(hnn_task_ode, hnn_task_ode(P, 1, P, e))                                                      \
-    X(hnn_task_observe, hnn_task_observe(P, P, 1, P, e))                                           \
+    X(hnn_task_observe, hnn_task_observe(P, P, 1, O, e))                                           \
     X(hnn_pixels_predict, hnn_pixels_predict(P, P, P, 1, O, P, O, e))                              \
     X(hnn_observe, hnn_observe(P, P, P, e))                                                        \
     X(hnn_show, hnn_show(P, P, 1, P, e))                                                           \
