@@ -179,7 +179,7 @@ void figure_panel(struct figure *figure, const struct panel *panel)
     if (panel->colour.name) {
         fputs("set format cb '%g'\nset cblabel ", out);
         write_label(&panel->colour, out);
-        fputc('\n', out);
+        fputs(" offset 1.2,0\n", out);
     }
     fputs("set title ", out);
     quote_gnuplot(out, panel->title ? panel->title : "");

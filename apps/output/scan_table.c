@@ -125,16 +125,27 @@ static void draw_map(struct figure *figure, const struct scan *scan,
     for (size_t a = 0; a < AXES; a++)
         if (scan->axis[a].log)
             strcat(log, a == 0 ? "x" : "y");
-    const int power = range_exponent(range_of(column->value, scan->runs));
+    const struct range range = range_of(column->value, scan->runs);
+    const int power = range_exponent(range);
+    const double scale = pow(10, power);
     figure_panel(figure, &(struct panel){.across = scanned_axis(scan, 0),
                                          .up = scanned_axis(scan, 1),
                                          .colour = {name, column->unit, {0, 0}, power},
                                          .log = log});
+    if (range.low < range.high) /* gnuplot's own leaves out cells that meet an edge */
+        fprintf(figure->plot->script, "set cbrange [%.9g:%.9g]\n", range.low / scale,
+                range.high / scale);
+    else
+        fputs("set cbrange [*:*]\n", figure->plot->script);
     fputs(DENSITY_PALETTE, figure->plot->script);
-    figure_element(
-        figure,
-        "data using 1:4:2:3:5:6:($%zu/1e%d) with boxxyerror fs solid noborder fc palette notitle",
-        3 * AXES + number, power);
+    figure_element(figure,
+                   "data using 1:4:2:3:5:6 with boxxyerror fs solid noborder fc rgb '%s' notitle",
+                   COLOUR_REFERENCE);
+    const size_t at = 3 * AXES + number; /* drawn where it is a number */
+    figure_element(figure,
+                   "data using ($%zu == $%zu ? $1 : NaN):4:2:3:5:6:($%zu/1e%d) with boxxyerror fs "
+                   "solid noborder fc palette notitle",
+                   at, at, at, power);
 }
 
 static void draw_curve(struct figure *figure, const struct scan *scan,
@@ -152,10 +163,13 @@ static enum ad_status draw(const void *context, struct plot *plot, struct ad_err
 {
     const struct scan *scan = context;
     const bool map = scan->axes == AXES;
-    size_t shown = 0, number = 0;
+    size_t shown = 0, number = 0, missing = 0;
     struct figure figure;
-    for (size_t k = 0; k < scan->n; k++)
+    for (size_t k = 0; k < scan->n; k++) {
         shown += scan->column[k].shown;
+        for (size_t r = 0; r < scan->runs && scan->column[k].shown; r++)
+            missing += isnan(scan->column[k].value[r]) ? 1 : 0;
+    }
     if (shown == 0)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--plot: no number changes with the scan; choose with --curves");
@@ -173,6 +187,7 @@ static enum ad_status draw(const void *context, struct plot *plot, struct ad_err
     fputs("\nscene = ", plot->script);
     quote_gnuplot_label(plot->script, scan->scene);
     fputc('\n', plot->script);
+    layout.found = map && missing > 0 ? "grey: runs without this number" : NULL;
     layout.expression = "sprintf('%s %s', what, scene)";
     figure_begin(&figure, plot, &layout);
     for (size_t k = 0; k < scan->n; k++) {

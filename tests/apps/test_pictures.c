@@ -96,8 +96,8 @@ static void test_texts_are_apart(void **state)
         "path ./chain.so --set masses=12 --slices 11 --init ode", /* a map of site and time */
         "modes dblpend",
         "simulate pendulum --time 9 --scan theta0=0.1:3:5",
-        "simulate pendulum --time 2 --scan theta0=0.1:3:4:log --scan l=1:2:3",
-        "simulate pendulum --set theta0=1e-4 --set rate0=-.12345 --time .01", /* wide numbers */
+        "simulate pendulum --time 2 --scan theta0=0.1:3:4:log --scan l=-1:1:3", /* gaps */
+        "simulate pendulum --set theta0=1e-4 --set rate0=-.12345 --time .01",   /* wide numbers */
         "modes dimer",
         "simulate kepler --time 20",                               /* a centre */
         "simulate pendulum --event theta=0 --event 'v_theta>0.1'", /* events */

@@ -99,6 +99,27 @@ static void what_fails_is_told(void **state)
     assert_true(strncmp(line, "1.5,2,,", 7) == 0);
 }
 
+/* The colours of a map are those of its numbers, all of them; a run without one has none. */
+static void a_map_shows_all_and_what_is_missing(void **state)
+{
+    double low, high, least, most;
+    int missing;
+    (void)state;
+    assert_int_equal(shell("mkdir none && PATH=$PWD/none $LA simulate pendulum --time 1 --scan "
+                           "l=-1:1:3 --scan theta0=1:2:2 --curves energy --plot map.svg --quiet"),
+                     1);
+    shell_works(
+        "sed -n 's/^set cbrange .\\([^:]*\\):\\([^]]*\\)./\\1 \\2/p' map.svg.gp; awk '/^#/ "
+        "{next} $7 == \"NaN\" {m++; next} {if (!n++) a = b = $7; if ($7 < a) a = $7; if ($7 > b) "
+        "b = $7} END {print a, b, m}' map.svg.dat");
+    assert_int_equal(
+        sscanf(shell_out(), "%lf %lf %lf %lf %d", &low, &high, &least, &most, &missing), 5);
+    assert_close(low, least, 1e-5, 0);
+    assert_close(high, most, 1e-5, 0);
+    assert_int_equal(missing, 2);
+    shell_works("grep -c 'grey: runs without this number' map.svg.gp");
+}
+
 static void misuse_is_refused(void **state)
 {
     static const char *const wrong[][2] = {
@@ -129,6 +150,7 @@ int main(void)
         cmocka_unit_test_setup(rows_are_single_runs, shell_empty),
         cmocka_unit_test_setup(two_parameters_are_a_map, shell_empty),
         cmocka_unit_test_setup(what_fails_is_told, shell_empty),
+        cmocka_unit_test_setup(a_map_shows_all_and_what_is_missing, shell_empty),
         cmocka_unit_test_setup(misuse_is_refused, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
