@@ -3,6 +3,7 @@
    at the points of a rule (Laskar, Robutel, Celestial Mechanics 80 (2001) 39). The Kepler motion by
    Stumpff's functions (Danby, Fundamentals of Celestial Mechanics, section 6.9) and Laguerre's
    iteration (Conway, Celestial Mechanics 39 (1986) 199). */
+#include "physics/linear/vectors.h"
 #include "stepper.h"
 
 #include <stdlib.h>
@@ -53,14 +54,6 @@ static void from_jacobi(const struct map *m, const double *x, double *to)
         }
         to[m->body[0] * m->dims + d] = centre;
     }
-}
-
-static double dot(size_t dims, const double *a, const double *b)
-{
-    double sum = 0;
-    for (size_t d = 0; d < dims; d++)
-        sum += a[d] * b[d];
-    return sum;
 }
 
 /* ---- the Kepler motion ---- */
@@ -141,8 +134,8 @@ static void kepler(const struct map *m, size_t i, double h)
 {
     double *q = m->q + i * m->dims, *v = m->v + i * m->dims, G[4];
     double *cut_q = m->cut_q + i * m->dims, *cut_v = m->cut_v + i * m->dims;
-    const double mu = m->sum[i], r0 = sqrt(dot(m->dims, q, q)), eta = dot(m->dims, q, v),
-                 beta = 2 * mu / r0 - dot(m->dims, v, v), zeta = mu - beta * r0;
+    const double mu = m->sum[i], r0 = phys_norm(m->dims, q), eta = phys_dot(m->dims, q, v),
+                 beta = 2 * mu / r0 - phys_dot(m->dims, v, v), zeta = mu - beta * r0;
     if (beta > 0 && h * h * beta * beta * beta > M_PI * M_PI * mu * mu) /* half a period */
         h = remainder(h, 2 * M_PI * mu / (beta * sqrt(beta)));
     if (h == 0)
@@ -168,7 +161,7 @@ static enum ad_status find_kick(struct phys_stepper *s, struct map *m, double t,
         return error->status;
     to_jacobi(m, m->force, m->a);
     for (size_t i = 1; i < m->n; i++) {
-        const double *q = m->q + i * m->dims, r2 = dot(m->dims, q, q),
+        const double *q = m->q + i * m->dims, r2 = phys_dot(m->dims, q, q),
                      w = m->sum[i] / (r2 * sqrt(r2));
         for (size_t d = 0; d < m->dims; d++)
             m->a[i * m->dims + d] += w * q[d];

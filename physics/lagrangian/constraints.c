@@ -4,6 +4,7 @@
 #include "autodiff/free.h"
 #include "mass.h"
 #include "physics/linear/linear.h"
+#include "physics/linear/vectors.h"
 
 #include <float.h>
 #include <math.h>
@@ -12,8 +13,6 @@
 #include <string.h>
 
 enum { ITERATIONS = 30 };
-
-static const double start_tolerance = 1e-10; /* relative to the sizes of q and v */
 
 /* ---- evaluation ---- */
 
@@ -102,16 +101,6 @@ bool phys_constraints_move(const struct phys_constraints *c, struct ad_error *er
 
 /* ---- independence ---- */
 
-static double dot(size_t n, const double *a, const double *b)
-{
-    double sum = 0;
-    for (size_t k = 0; k < n; k++)
-        sum += a[k] * b[k];
-    return sum;
-}
-
-static double norm(size_t n, const double *a) { return sqrt(dot(n, a, a)); }
-
 /* The combination u of constraints in units of their sizes whose gradient is least, of length 1. */
 static void find_least(const struct phys_constraints *c, double *u)
 {
@@ -120,7 +109,7 @@ static void find_least(const struct phys_constraints *c, double *u)
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < n; j++) {
             C[i * n + j] =
-                dot(c->dof, c->G + i * c->dof, c->W + j * c->dof) / (c->size[i] * c->size[j]);
+                phys_dot(c->dof, c->G + i * c->dof, c->W + j * c->dof) / (c->size[i] * c->size[j]);
             unit[i * n + j] = i == j;
         }
     if (phys_lapack_eigenvectors(n, C, unit, values) == 0)
@@ -163,7 +152,7 @@ static enum ad_status factor(struct phys_constraints *c, const phys_motion *moti
     memcpy(c->W, c->G, n * dof * sizeof *c->W);
     for (size_t i = 0; i < n; i++) {
         phys_motion_solve_constant(motion, c->W + i * dof);
-        c->size[i] = sqrt(fabs(dot(dof, c->G + i * dof, c->W + i * dof)));
+        c->size[i] = sqrt(fabs(phys_dot(dof, c->G + i * dof, c->W + i * dof)));
         good = good && isfinite(c->g[i]) && isfinite(c->size[i]);
         if (!good)
             return ad_fail(error, AD_E_NONFINITE, "%s: constraint %s is not finite at t = %g",
@@ -176,7 +165,8 @@ static enum ad_status factor(struct phys_constraints *c, const phys_motion *moti
     }
     for (size_t i = 0; i < n; i++)
         for (size_t j = 0; j < n; j++)
-            c->S[i * n + j] = dot(dof, c->G + i * dof, c->W + j * dof) / (c->size[i] * c->size[j]);
+            c->S[i * n + j] =
+                phys_dot(dof, c->G + i * dof, c->W + j * dof) / (c->size[i] * c->size[j]);
     phys_mass_columns(n, c->S, c->room);
     phys_lapack_lu_factor(n, c->S, c->pivots);
     if (!(phys_mass_condition(n, c->room, c->S, n + 1, &worst) <= PHYS_MASS_SINGULAR))
@@ -217,7 +207,7 @@ static void add(const struct phys_constraints *c, const double *W, double sign, 
 void phys_constraints_push(struct phys_constraints *c, double *a)
 {
     for (size_t i = 0; i < c->n; i++)
-        c->room[i] = -c->bias[i] - dot(c->dof, c->G + i * c->dof, a);
+        c->room[i] = -c->bias[i] - phys_dot(c->dof, c->G + i * c->dof, a);
     solve(c, c->room);
     add(c, c->W, 1, a);
 }
@@ -240,13 +230,13 @@ enum ad_status phys_constraints_meet(struct phys_constraints *c, const double *W
         phys_constraints_evaluate(c, q, NULL, t);
         for (size_t i = 0; i < n; i++)
             for (size_t j = 0; j < n; j++)
-                A[i * n + j] = dot(dof, c->G + i * dof, W + j * dof);
+                A[i * n + j] = phys_dot(dof, c->G + i * dof, W + j * dof);
         memcpy(c->lambda, c->g, n * sizeof *c->g);
         if (phys_lapack_lu_solve_once(n, A, c->lambda) != 0)
             break;
         memset(step, 0, dof * sizeof *step);
         add(c, W, -1, step);
-        const double length = norm(dof, step), size = norm(dof, q);
+        const double length = phys_norm(dof, step), size = phys_norm(dof, q);
         if (!isfinite(length))
             break;
         for (size_t k = 0; k < dof; k++) {
@@ -279,7 +269,7 @@ enum ad_status phys_motion_project(phys_motion *motion, double t, double *q, dou
     return error->status;
 }
 
-/* ---- checks ---- */
+/* ---- residuals ---- */
 
 /* The length of W^T S^-1 b. */
 static double distance(struct phys_constraints *c, const double *b)
@@ -288,7 +278,7 @@ static double distance(struct phys_constraints *c, const double *b)
     solve(c, b);
     memset(step, 0, c->dof * sizeof *step);
     add(c, c->W, -1, step);
-    return norm(c->dof, step);
+    return phys_norm(c->dof, step);
 }
 
 enum ad_status phys_motion_residual(phys_motion *motion, const double *q, const double *v, double t,
@@ -299,121 +289,5 @@ enum ad_status phys_motion_residual(phys_motion *motion, const double *q, const 
         residual[0] = distance(c, c->g);
         residual[1] = distance(c, c->rate);
     }
-    return error->status;
-}
-
-static enum ad_status refuse_start(const struct phys_constraints *c, bool velocity, const double *b,
-                                   const double *near, struct ad_error *error)
-{
-    enum { SHOWN = 6 };
-    char text[320] = "", name[64];
-    size_t worst = 0;
-    for (size_t i = 1; i < c->n; i++)
-        if (fabs(b[i]) / c->size[i] > fabs(b[worst]) / c->size[worst])
-            worst = i;
-    for (size_t k = 0; k < c->dof && k < SHOWN && near; k++) {
-        phys_coordinate_name(c->system, k, name, sizeof name);
-        snprintf(text + strlen(text), sizeof text - strlen(text), "%s%s%.20s = %.15g",
-                 k ? ", " : "; try ", velocity ? "v_" : "", name, near[k]);
-    }
-    return ad_fail(error, AD_E_ARGUMENT,
-                   "%s: the start does not satisfy constraint %s: %s %s = %.3g, "
-                   "expected 0%s%s",
-                   c->system->scene->name, c->system->scene->constraints[worst],
-                   velocity ? "its velocities give" : "the value is", velocity ? "dg/dt" : "g",
-                   b[worst], text,
-                   near && c->dof > SHOWN ? ", ..."
-                   : near                 ? ""
-                                          : "; no start near it does");
-}
-
-enum ad_status phys_motion_check_constraints(phys_motion *motion, const double *q, const double *v,
-                                             double t, struct ad_error *error)
-{
-    struct phys_constraints *c = phys_motion_constraints(motion);
-    struct ad_error cause = {0};
-    double off[2];
-    if (!c)
-        return AD_OK;
-    if (phys_motion_residual(motion, q, v, t, off, &cause) != AD_OK)
-        return ad_fail(error, cause.status == AD_E_NONFINITE ? AD_E_ARGUMENT : cause.status, "%s",
-                       cause.message);
-    const double sizes[] = {norm(c->dof, q), norm(c->dof, v)};
-    const bool velocity = !(off[0] > start_tolerance * sizes[0]);
-    if (velocity && !(off[1] > start_tolerance * sizes[1]))
-        return AD_OK;
-    double *b = malloc((c->n + 2 * c->dof) * sizeof *b);
-    if (!b)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    double *near = b + c->n, *near_v = near + c->dof;
-    memcpy(b, velocity ? c->rate : c->g, c->n * sizeof *b);
-    memcpy(near, q, c->dof * sizeof *near);
-    memcpy(near_v, v, c->dof * sizeof *near_v);
-    const bool found = phys_motion_project(motion, t, near, near_v, &cause) == AD_OK;
-    refuse_start(c, velocity, b, !found ? NULL : velocity ? near_v : near, error);
-    free(b);
-    return error->status;
-}
-
-/* ---- steps ---- */
-
-/* The state at the share s of a step h from x0 to x, both q, v: by Hermite's cubic. */
-static void go_between(size_t dof, const double *x0, const double *x, double h, double s,
-                       double *to)
-{
-    const double left = 1 - s, *v0 = x0 + dof, *v = x + dof;
-    for (size_t k = 0; k < dof; k++) {
-        to[k] = left * left * ((1 + 2 * s) * x0[k] + s * h * v0[k]) +
-                s * s * ((1 + 2 * left) * x[k] - left * h * v[k]);
-        to[dof + k] = left * v0[k] + s * v[k];
-    }
-}
-
-/* The sign of the determinant of A [n][n], which is lost. */
-static int determinant_sign(size_t n, double *A, int *pivots)
-{
-    int sign = phys_lapack_lu_factor(n, A, pivots) == 0;
-    for (size_t i = 0; i < n; i++)
-        if ((pivots[i] == (int)i + 1) != (A[i * n + i] > 0))
-            sign = -sign;
-    return sign;
-}
-
-/* det G(q) W(q0) is positive at q = q0, and changes its sign where G loses its rank, or turns by a
-   right angle: shorter pieces tell the two apart. */
-enum ad_status phys_motion_check_step(phys_motion *motion, double t, double h, const double *x0,
-                                      const double *x, struct ad_error *error)
-{
-    enum { PIECES = 32 };
-    struct phys_constraints *c = phys_motion_constraints(motion);
-    const size_t n = c->n, dof = c->dof;
-    double *place = malloc((2 * dof + n * dof) * sizeof *place);
-    bool passes = false;
-    if (!place)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    double *W = place + 2 * dof;
-    for (int pieces = 1; pieces <= PIECES && !passes; pieces *= PIECES) {
-        passes = true;
-        for (int i = 0; i < pieces && passes; i++) {
-            const double from = (double)i / pieces, to = (i + 1.0) / pieces;
-            go_between(dof, x0, x, h, from, place);
-            if (phys_motion_constrain(motion, place, place + dof, t + from * h, error) != AD_OK)
-                goto done;
-            memcpy(W, c->W, n * dof * sizeof *W);
-            go_between(dof, x0, x, h, to, place);
-            phys_constraints_evaluate(c, place, place + dof, t + to * h);
-            for (size_t k = 0; k < n * n; k++)
-                c->S[k] = dot(dof, c->G + k / n * dof, W + k % n * dof);
-            passes = determinant_sign(n, c->S, c->pivots) > 0;
-        }
-    }
-    if (!passes)
-        ad_fail(error, AD_E_NONFINITE,
-                "%s: the constraints are not independent everywhere between t = %g and %g (%s%s): "
-                "how the motion goes on is not determined; stop before that, or take shorter steps",
-                c->system->scene->name, t, t + h, c->system->scene->constraints[0],
-                n > 1 ? ", ..." : "");
-done:
-    free(place);
     return error->status;
 }

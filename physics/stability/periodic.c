@@ -7,6 +7,7 @@
 #include "multipliers.h"
 #include "physics/lagrangian/internal.h"
 #include "physics/linear/linear.h"
+#include "physics/linear/vectors.h"
 
 #include <float.h>
 #include <math.h>
@@ -57,14 +58,6 @@ static enum ad_status go(struct orbit *o, const struct phys_ode *ode, const char
     return error->status;
 }
 
-static double norm(size_t n, const double *x)
-{
-    double sum = 0;
-    for (size_t k = 0; k < n; k++)
-        sum += x[k] * x[k];
-    return sqrt(sum);
-}
-
 static double energy_of(struct orbit *o, const double *x)
 {
     return o->plain.energy(o->plain.context, 0, x);
@@ -77,7 +70,7 @@ static double measure(struct orbit *o, const double *x, double *left)
         left[k] = (o->y[k] - x[k]) / o->size[k];
     if (o->rows > o->d)
         left[o->d] = (energy_of(o, x) - o->energy) / o->power;
-    return norm(o->rows, left);
+    return phys_norm(o->rows, left);
 }
 
 /* J by columns: of the start, in units of sizes, and of the period, in units of itself. */
@@ -108,7 +101,7 @@ static enum ad_status fill(struct orbit *o, const double *x, double period, stru
 static enum ad_status solve(struct orbit *o, const double *left, struct ad_error *error)
 {
     const size_t n = o->columns, m = o->rows, k = m < n ? m : n;
-    const double damping = fmin(pow(norm(m, left), 2), 1e-2);
+    const double damping = fmin(pow(phys_norm(m, left), 2), 1e-2);
     memset(o->step, 0, n * sizeof *o->step);
     if (phys_lapack_singular_values(m, n, o->J, o->s, o->U, o->V) != 0)
         return ad_fail(error, AD_E_ACCURACY, "the steps of a period have no singular values");
@@ -226,7 +219,7 @@ static enum ad_status approach(struct orbit *o, struct phys_periodic *found, str
     double left = measure(o, found->x, o->left), first = left;
     while (found->iterations < STEPS && advance(o, found->x, &found->period, &left, error))
         found->iterations++;
-    o->close = fmax(nearly, rounding * norm(o->d * o->d, o->y + o->d));
+    o->close = fmax(nearly, rounding * phys_norm(o->d * o->d, o->y + o->d));
     if (error->status == AD_OK && !(left < o->close))
         ad_fail(error, AD_E_ACCURACY,
                 "no periodic motion found near the start: after %.6g it is %.2g of its size from "
@@ -254,7 +247,7 @@ static enum ad_status verify(struct orbit *o, struct phys_periodic *found, struc
         return error->status;
     for (size_t k = 0; k < o->d; k++)
         o->next[k] = o->rate[k] * T / o->size[k];
-    const bool rests = !(norm(o->d, o->next) > still);
+    const bool rests = !(phys_norm(o->d, o->next) > still);
     found->closure = apart(o, x, 0, T, "dop853", error);
     if (error->status != AD_OK || solve(o, o->left, error) != AD_OK)
         return error->status;
