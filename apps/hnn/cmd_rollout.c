@@ -17,10 +17,10 @@ static enum ad_status rollout_states(const struct rollout_options *options, hnn_
 static enum ad_status rollout_pixels(const struct rollout_options *options, hnn_model *model,
                                      struct ad_error *error)
 {
-    struct film film;
-    if (film_setup(options, model, &film, error) == AD_OK)
-        outputs_run(&film_outputs, &options->common, &film, film_run, error);
-    film_free(&film);
+    struct pixel_rollout rollout;
+    if (pixel_rollout_setup(options, model, &rollout, error) == AD_OK)
+        outputs_run(&pixel_rollout_outputs, &options->common, &rollout, pixel_rollout_run, error);
+    pixel_rollout_free(&rollout);
     return error->status;
 }
 

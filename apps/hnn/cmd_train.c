@@ -23,7 +23,7 @@ static int train(struct train_run *run, struct ad_error *error)
         ad_fail(error, run->failed.status, "%s", run->failed.message);
     if (error->status != AD_OK || train_save(run, error) != AD_OK ||
         (run->pixels &&
-         hnn_film_motion(run->model, &run->frames, &run->pairs, &run->motion, error) != AD_OK) ||
+         hnn_video_motion(run->model, &run->frames, &run->pairs, &run->motion, error) != AD_OK) ||
         train_mass(run, error) != AD_OK || train_publish(run, true, error) != AD_OK)
         return command_status(error);
     train_report(run, &report);

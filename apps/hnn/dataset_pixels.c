@@ -11,7 +11,7 @@
 /* ---- options ---- */
 
 /* N, or HEIGHT,WIDTH. */
-static enum ad_status read_size(const char *text, struct hnn_filming *filming,
+static enum ad_status read_size(const char *text, struct hnn_video_settings *settings,
                                 struct ad_error *error)
 {
     double size[2];
@@ -24,8 +24,8 @@ static enum ad_status read_size(const char *text, struct hnn_filming *filming,
         if (!(size[k] >= 1 && size[k] <= 4096 && size[k] == floor(size[k])))
             return ad_fail(error, AD_E_ARGUMENT, "--size: expected 1 to 4096 pixels, got %g",
                            size[k]);
-    filming->height = (size_t)size[0];
-    filming->width = (size_t)size[both];
+    settings->height = (size_t)size[0];
+    settings->width = (size_t)size[both];
     return AD_OK;
 }
 
@@ -50,25 +50,26 @@ static enum ad_status read_view(const struct dataset_options *o, struct hnn_rod 
     return AD_OK;
 }
 
-static enum ad_status filming_of(const struct dataset_options *o, struct hnn_filming *filming,
-                                 struct ad_error *error)
+static enum ad_status video_settings_of(const struct dataset_options *o,
+                                        struct hnn_video_settings *settings, struct ad_error *error)
 {
-    size_t pairs = filming->frames - 2;
-    filming->trajectories = option_count_or(o->trials, filming->trajectories);
+    size_t pairs = settings->frames - 2;
+    settings->trajectories = option_count_or(o->trials, settings->trajectories);
     pairs = option_count_or(o->points, pairs);
-    filming->frames = pairs + 2;
-    filming->rod.dt = option_number_or(o->dt, filming->rod.dt);
-    filming->angle_max = option_number_or(o->max_angle, filming->angle_max);
-    filming->speed_max = option_number_or(o->max_speed, filming->speed_max);
-    if (read_size(o->size, filming, error) == AD_OK &&
-        (!o->filter || hnn_filter_find(o->filter, &filming->rod.filter, error) == AD_OK))
-        read_view(o, &filming->rod, error);
+    settings->frames = pairs + 2;
+    settings->rod.dt = option_number_or(o->dt, settings->rod.dt);
+    settings->angle_max = option_number_or(o->max_angle, settings->angle_max);
+    settings->speed_max = option_number_or(o->max_speed, settings->speed_max);
+    if (read_size(o->size, settings, error) == AD_OK &&
+        (!o->filter || hnn_filter_find(o->filter, &settings->rod.filter, error) == AD_OK))
+        read_view(o, &settings->rod, error);
     return error->status;
 }
 
 /* ---- results ---- */
 
-static enum ad_status save(const struct dataset_options *o, const struct hnn_filming *filming,
+static enum ad_status save(const struct dataset_options *o,
+                           const struct hnn_video_settings *settings,
                            const struct hnn_frames *frames, struct ad_error *error)
 {
     phys_hdf5 *file;
@@ -78,8 +79,8 @@ static enum ad_status save(const struct dataset_options *o, const struct hnn_fil
     phys_hdf5_text(file, "/", "command", o->common.command);
     phys_hdf5_text(file, "/", "task", "pixels");
     phys_hdf5_integer(file, "/", "seed", (int64_t)o->common.seed, NULL);
-    phys_hdf5_number(file, "/", "max_angle", filming->angle_max, "rad");
-    phys_hdf5_number(file, "/", "max_speed", filming->speed_max, "rad/s");
+    phys_hdf5_number(file, "/", "max_angle", settings->angle_max, "rad");
+    phys_hdf5_number(file, "/", "max_speed", settings->speed_max, "rad/s");
     hnn_frames_write(frames, file);
     return phys_hdf5_commit(file, error);
 }
@@ -101,16 +102,16 @@ static enum ad_status show(const struct dataset_options *o, const struct hnn_fra
 
 enum ad_status dataset_pixels(const struct dataset_options *o, struct ad_error *error)
 {
-    struct hnn_filming filming = hnn_filming_published();
+    struct hnn_video_settings settings = hnn_video_published();
     struct hnn_frames frames = {0};
     if (!dataset_is_hdf5(o->out))
         return ad_fail(error, AD_E_ARGUMENT, "frames are written as HDF5: --out FILE.h5, not '%s'",
                        o->out);
-    if (filming_of(o, &filming, error) != AD_OK)
+    if (video_settings_of(o, &settings, error) != AD_OK)
         return error->status;
     double start = ad_now();
-    if (hnn_rod_film(&filming, o->common.seed, &frames, error) == AD_OK &&
-        save(o, &filming, &frames, error) == AD_OK)
+    if (hnn_rod_video(&settings, o->common.seed, &frames, error) == AD_OK &&
+        save(o, &settings, &frames, error) == AD_OK)
         show(o, &frames, ad_now() - start, error);
     hnn_frames_free(&frames);
     return error->status;

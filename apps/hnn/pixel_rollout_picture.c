@@ -1,4 +1,4 @@
-/* The picture of a predicted film (pixel_rollout.h): above, a row of frames of the truth and of
+/* The picture of a predicted video (pixel_rollout.h): above, a row of frames of the truth and of
    each model; below, the latent motion on contours of H, and the energy measured on the frames. A
    GIF plays the frames side by side, with the energy below.
 
@@ -27,26 +27,26 @@ static const char *const truth_colour = "#808080",
 /* The picture's parts, and the offsets of their data, in floats. */
 struct drawing {
     size_t n_strips, n, height, width, area;
-    struct film_strip strip[STRIPS]; /* truth, baseline, model */
+    struct frame_strip strip[STRIPS]; /* truth, baseline, model */
     const char *colour[STRIPS];
     const struct rollout_model *latent; /* whose path and H are shown */
     struct range q, p;                  /* of the grid */
     size_t table, grid, path;
 };
 
-static struct drawing choose(const struct film *film)
+static struct drawing choose(const struct pixel_rollout *rollout)
 {
-    struct drawing d = {.n = film->settings.n,
-                        .height = film->source.height,
-                        .width = film->source.width,
-                        .area = film->source.height * film->source.width,
+    struct drawing d = {.n = rollout->settings.n,
+                        .height = rollout->source.height,
+                        .width = rollout->source.width,
+                        .area = rollout->source.height * rollout->source.width,
                         .n_strips = 1,
-                        .strip = {film->truth},
+                        .strip = {rollout->truth},
                         .colour = {truth_colour},
-                        .latent = &film->model[0]};
+                        .latent = &rollout->model[0]};
     for (int kind = HNN_BASELINE; kind <= HNN_HAMILTONIAN; kind++)
-        for (size_t k = 0; k < film->n_models; k++) {
-            const struct rollout_model *m = &film->model[k];
+        for (size_t k = 0; k < rollout->n_models; k++) {
+            const struct rollout_model *m = &rollout->model[k];
             if ((int)hnn_model_settings(m->model)->kind != kind)
                 continue;
             d.colour[d.n_strips] = colours[kind];
@@ -67,7 +67,7 @@ static void put(double value, FILE *out)
     fwrite(&narrow, sizeof narrow, 1, out);
 }
 
-/* A film that ends before the others stays black. */
+/* A video that ends before the others stays black. */
 static void write_frames(const struct drawing *d, FILE *out)
 {
     for (size_t s = 0; s < d->n_strips; s++)
@@ -238,9 +238,9 @@ static void animation(struct figure *figure, const struct drawing *d)
         (struct panel){.place = {0.13, 0.96, 0.11, 0.42}, .title = "energy of the frames / J"});
 }
 
-enum ad_status film_picture(const void *film, struct plot *plot, struct ad_error *error)
+enum ad_status pixel_rollout_picture(const void *rollout, struct plot *plot, struct ad_error *error)
 {
-    struct drawing d = choose(film);
+    struct drawing d = choose(rollout);
     write_frames(&d, plot->data);
     if (write_latent(&d, plot->data, error) != AD_OK)
         return error->status;

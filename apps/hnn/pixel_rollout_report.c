@@ -21,9 +21,9 @@ static void report_motion(struct report *report, const struct rollout_model *m)
             motion->frames, motion->frames_data);
 }
 
-static void report_film(const void *context, struct report *report)
+static void report_video(const void *context, struct report *report)
 {
-    const struct film *film = context;
+    const struct pixel_rollout *rollout = context;
 #define AT(member) offsetof(struct rollout_model, member)
     static const struct rollout_row rows[] = {
         {"energy_mse", "energy of frames, MSE", AT(energy_mse)},
@@ -34,16 +34,18 @@ static void report_film(const void *context, struct report *report)
         {"energy_after", "energy after it", AT(energy_after)},
     };
 #undef AT
-    report_line(report, "%s, %zu frames", film->settings.integrator->name, film->settings.n - 1);
-    report_text(report, "integrator", NULL, film->settings.integrator->name);
-    report_count(report, "frames", NULL, film->settings.n - 1);
-    report_number(report, "true_energy", "true energy", "J", film->true_energy);
-    if (film->options->starts != OPTION_NO_COUNT)
-        report_line(report, "  means of %zu starts", film->options->starts);
-    rollout_report_models(report, sizeof rows / sizeof *rows, rows, film->n_models, film->model);
-    for (size_t k = 0; k < film->n_models; k++) {
+    report_line(report, "%s, %zu frames", rollout->settings.integrator->name,
+                rollout->settings.n - 1);
+    report_text(report, "integrator", NULL, rollout->settings.integrator->name);
+    report_count(report, "frames", NULL, rollout->settings.n - 1);
+    report_number(report, "true_energy", "true energy", "J", rollout->true_energy);
+    if (rollout->options->starts != OPTION_NO_COUNT)
+        report_line(report, "  means of %zu starts", rollout->options->starts);
+    rollout_report_models(report, sizeof rows / sizeof *rows, rows, rollout->n_models,
+                          rollout->model);
+    for (size_t k = 0; k < rollout->n_models; k++) {
         report->object = k ? "against" : NULL;
-        report_motion(report, &film->model[k]);
+        report_motion(report, &rollout->model[k]);
     }
     report->object = NULL;
 }
@@ -52,20 +54,20 @@ static void report_film(const void *context, struct report *report)
 
 static void write_csv(const void *context, FILE *out)
 {
-    const struct film *film = context;
+    const struct pixel_rollout *rollout = context;
     fputs("frame,energy_truth", out);
-    for (size_t k = 0; k < film->n_models; k++) {
+    for (size_t k = 0; k < rollout->n_models; k++) {
         const char *name = k ? "against_" : "";
         fprintf(out, ",%senergy,%sH", name, name);
-        for (size_t c = 0; c < film->model[k].path.states; c++)
+        for (size_t c = 0; c < rollout->model[k].path.states; c++)
             fprintf(out, ",%sz%zu", name, c + 1);
     }
     fputc('\n', out);
-    for (size_t i = 0; i < film->settings.n; i++) {
+    for (size_t i = 0; i < rollout->settings.n; i++) {
         fprintf(out, "%zu", i);
-        csv_number(out, 9, i < film->truth.n ? film->truth.energy[i] : NAN);
-        for (size_t k = 0; k < film->n_models; k++) {
-            const struct rollout_model *m = &film->model[k];
+        csv_number(out, 9, i < rollout->truth.n ? rollout->truth.energy[i] : NAN);
+        for (size_t k = 0; k < rollout->n_models; k++) {
+            const struct rollout_model *m = &rollout->model[k];
             csv_number(out, 9, m->strip.energy[i]);
             csv_number(out, 9, hnn_path_energy(&m->ode, &m->path, i));
             for (size_t c = 0; c < m->path.states; c++)
@@ -75,10 +77,10 @@ static void write_csv(const void *context, FILE *out)
     }
 }
 
-static void write_strip(const struct film *film, const struct film_strip *strip, const char *folder,
-                        phys_hdf5 *file)
+static void write_strip(const struct pixel_rollout *rollout, const struct frame_strip *strip,
+                        const char *folder, phys_hdf5 *file)
 {
-    const size_t dims[] = {strip->n, film->source.height, film->source.width};
+    const size_t dims[] = {strip->n, rollout->source.height, rollout->source.width};
     char name[64];
     snprintf(name, sizeof name, "%s/frames", folder);
     phys_hdf5_write(file, name, AD_F32, 3, dims, strip->pixels);
@@ -89,13 +91,13 @@ static void write_strip(const struct film *film, const struct film_strip *strip,
 
 static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad_error *error)
 {
-    const struct film *film = context;
+    const struct pixel_rollout *rollout = context;
     static const char *const folder[ROLLOUT_MODELS] = {"model", "against"};
-    write_strip(film, &film->truth, "truth", file);
-    for (size_t k = 0; k < film->n_models; k++) {
-        const struct rollout_model *m = &film->model[k];
+    write_strip(rollout, &rollout->truth, "truth", file);
+    for (size_t k = 0; k < rollout->n_models; k++) {
+        const struct rollout_model *m = &rollout->model[k];
         char name[64];
-        write_strip(film, &m->strip, folder[k], file);
+        write_strip(rollout, &m->strip, folder[k], file);
         snprintf(name, sizeof name, "%s/latent", folder[k]);
         phys_hdf5_write(file, name, AD_F64, 2, (size_t[]){m->path.n, m->path.states}, m->path.x);
         if (k == 0)
@@ -104,4 +106,5 @@ static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad
     return error->status;
 }
 
-const struct output_kind film_outputs = {report_film, write_file, write_csv, film_picture, NULL};
+const struct output_kind pixel_rollout_outputs = {report_video, write_file, write_csv,
+                                                  pixel_rollout_picture, NULL};

@@ -1,4 +1,4 @@
-/* Sets up the prediction of a film from the options (pixel_rollout.h). */
+/* Sets up the prediction of a video from the options (pixel_rollout.h). */
 #include "autodiff/free.h"
 #include "pixel_rollout.h"
 
@@ -33,42 +33,42 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
 
 /* Three frames a trajectory, of which two are seen: the rest of the motion follows from the start
    (pixel_rollout_run.c). Size and filter are those which the model was trained on. */
-static enum ad_status film_starts(struct film *film, struct ad_error *error)
+static enum ad_status render_starts(struct pixel_rollout *rollout, struct ad_error *error)
 {
-    const struct rollout_options *o = film->options;
-    struct hnn_filming filming = hnn_filming_published();
-    const char *size = hnn_model_noted(film->model[0].model, "frame");
-    const char *filter = hnn_model_noted(film->model[0].model, "filter");
-    filming.trajectories = option_count_or(o->starts, 1);
-    filming.frames = 3;
+    const struct rollout_options *o = rollout->options;
+    struct hnn_video_settings settings = hnn_video_published();
+    const char *size = hnn_model_noted(rollout->model[0].model, "frame");
+    const char *filter = hnn_model_noted(rollout->model[0].model, "filter");
+    settings.trajectories = option_count_or(o->starts, 1);
+    settings.frames = 3;
     if (size)
-        sscanf(size, "%zu x %zu", &filming.height, &filming.width);
-    if (filter && hnn_filter_find(filter, &filming.rod.filter, error) != AD_OK)
+        sscanf(size, "%zu x %zu", &settings.height, &settings.width);
+    if (filter && hnn_filter_find(filter, &settings.rod.filter, error) != AD_OK)
         return error->status;
-    return hnn_rod_film(&filming, o->common.seed, &film->source, error);
+    return hnn_rod_video(&settings, o->common.seed, &rollout->source, error);
 }
 
 /* --trial: a number from 1. */
-static enum ad_status choose_trajectory(struct film *film, struct ad_error *error)
+static enum ad_status choose_trajectory(struct pixel_rollout *rollout, struct ad_error *error)
 {
-    const char *text = film->options->trial;
-    double number = 1, last = (double)film->source.trajectories;
+    const char *text = rollout->options->trial;
+    double number = 1, last = (double)rollout->source.trajectories;
     if (text && !(options_number(text, &number) && number >= 1 && number <= last &&
                   number == floor(number)))
         return ad_fail(error, AD_E_ARGUMENT, "--trial: expected a trajectory, 1 to %g, got '%s'",
                        last, text);
-    film->trajectory = (size_t)number - 1;
+    rollout->trajectory = (size_t)number - 1;
     return AD_OK;
 }
 
-static enum ad_status find_source(struct film *film, struct ad_error *error)
+static enum ad_status find_source(struct pixel_rollout *rollout, struct ad_error *error)
 {
-    const struct rollout_options *o = film->options;
-    const struct hnn_frames *f = &film->source;
-    size_t pixels = hnn_model_settings(film->model[0].model)->pixels;
+    const struct rollout_options *o = rollout->options;
+    const struct hnn_frames *f = &rollout->source;
+    size_t pixels = hnn_model_settings(rollout->model[0].model)->pixels;
     if ((strcmp(o->truth, "pixels") == 0
-             ? film_starts(film, error)
-             : hnn_frames_read(o->truth, &film->source, error)) != AD_OK)
+             ? render_starts(rollout, error)
+             : hnn_frames_read(o->truth, &rollout->source, error)) != AD_OK)
         return error->status;
     if (2 * f->height * f->width != pixels)
         return ad_fail(error, AD_E_ARGUMENT,
@@ -83,24 +83,24 @@ static enum ad_status find_source(struct film *film, struct ad_error *error)
                        "--starts: nothing to measure in %s: the rod, its "
                        "angle and its speed are not known",
                        o->truth);
-    return choose_trajectory(film, error);
+    return choose_trajectory(rollout, error);
 }
 
 /* ---- outputs and steps ---- */
 
-static enum ad_status choose_outputs(struct film *film, struct ad_error *error)
+static enum ad_status choose_outputs(struct pixel_rollout *rollout, struct ad_error *error)
 {
-    const struct rollout_options *o = film->options;
-    struct hnn_rollout_settings *s = &film->settings;
-    size_t area = film->source.height * film->source.width;
+    const struct rollout_options *o = rollout->options;
+    struct hnn_rollout_settings *s = &rollout->settings;
+    size_t area = rollout->source.height * rollout->source.width;
     s->n = (isnan(o->time) ? FRAMES : (size_t)o->time) + 1;
-    s->t = film->t = malloc(s->n * sizeof *film->t);
-    film->truth.name = "truth";
-    film->truth.pixels = malloc(s->n * area * sizeof *film->truth.pixels);
-    film->truth.energy = malloc(s->n * sizeof *film->truth.energy);
-    bool room = film->t && film->truth.pixels && film->truth.energy;
-    for (size_t k = 0; k < film->n_models && room; k++) {
-        struct rollout_model *m = &film->model[k];
+    s->t = rollout->t = malloc(s->n * sizeof *rollout->t);
+    rollout->truth.name = "truth";
+    rollout->truth.pixels = malloc(s->n * area * sizeof *rollout->truth.pixels);
+    rollout->truth.energy = malloc(s->n * sizeof *rollout->truth.energy);
+    bool room = rollout->t && rollout->truth.pixels && rollout->truth.energy;
+    for (size_t k = 0; k < rollout->n_models && room; k++) {
+        struct rollout_model *m = &rollout->model[k];
         m->strip.name = rollout_name(m);
         m->strip.n = s->n;
         m->strip.pixels = malloc(s->n * area * sizeof *m->strip.pixels);
@@ -109,29 +109,29 @@ static enum ad_status choose_outputs(struct film *film, struct ad_error *error)
     }
     if (!room)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu frames", s->n);
-    hnn_times(0, (double)(s->n - 1), s->n, film->t);
+    hnn_times(0, (double)(s->n - 1), s->n, rollout->t);
     return AD_OK;
 }
 
-enum ad_status film_setup(const struct rollout_options *options, hnn_model *model,
-                          struct film *film, struct ad_error *error)
+enum ad_status pixel_rollout_setup(const struct rollout_options *options, hnn_model *model,
+                                   struct pixel_rollout *rollout, struct ad_error *error)
 {
-    *film = (struct film){.options = options, .true_energy = NAN};
-    if (rollout_add_model(film->model, &film->n_models, options->common.argument[0], model,
+    *rollout = (struct pixel_rollout){.options = options, .true_energy = NAN};
+    if (rollout_add_model(rollout->model, &rollout->n_models, options->common.argument[0], model,
                           error) != AD_OK ||
         check_options(options, error) != AD_OK ||
-        rollout_steps(options, &film->settings, error) != AD_OK ||
-        (options->against &&
-         rollout_add_model(film->model, &film->n_models, options->against, NULL, error) != AD_OK) ||
-        find_source(film, error) != AD_OK)
+        rollout_steps(options, &rollout->settings, error) != AD_OK ||
+        (options->against && rollout_add_model(rollout->model, &rollout->n_models, options->against,
+                                               NULL, error) != AD_OK) ||
+        find_source(rollout, error) != AD_OK)
         return error->status;
-    return choose_outputs(film, error);
+    return choose_outputs(rollout, error);
 }
 
-void film_free(struct film *film)
+void pixel_rollout_free(struct pixel_rollout *rollout)
 {
-    rollout_free_models(film->n_models, film->model);
-    AD_FREE(film->truth.pixels, film->truth.energy);
-    hnn_frames_free(&film->source);
-    free(film->t);
+    rollout_free_models(rollout->n_models, rollout->model);
+    AD_FREE(rollout->truth.pixels, rollout->truth.energy);
+    hnn_frames_free(&rollout->source);
+    free(rollout->t);
 }

@@ -19,7 +19,7 @@ struct rollout_options {
 };
 
 /* Frames of one motion, and what they show of its energy. */
-struct film_strip {
+struct frame_strip {
     const char *name;
     size_t n;       /* frames */
     float *pixels;  /* [n x height x width] */
@@ -38,7 +38,7 @@ struct rollout_model {
     size_t outside;         /* sample beyond the training; path.n: none */
     char what[120];
     /* of pixels, whose state is the latent one and coordinate_mse that of pixels: */
-    struct film_strip strip;
+    struct frame_strip strip;
     double energy_before, energy_after; /* means before and after energy was added */
     struct hnn_latent_motion motion;    /* of many starts: of the last, but for the worst verdict */
 };

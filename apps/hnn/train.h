@@ -39,8 +39,8 @@ struct train_run {
     hnn_model *model;
     hnn_trainer *trainer;
     struct hnn_training settings;
-    struct hnn_film_motion motion; /* of pixels */
-    struct hnn_mass mass;          /* of lnn, at some training samples; condition 0: of others */
+    struct hnn_video_motion motion; /* of pixels */
+    struct hnn_mass mass;           /* of lnn, at some training samples; condition 0: of others */
     size_t mass_samples;
     struct progress progress;
     double next_checkpoint; /* in seconds of training */

@@ -124,7 +124,7 @@ static void report_loss(const struct train_run *run, struct report *report)
                             "another --lr, or more --steps");
 }
 
-static void report_motion(const struct hnn_film_motion *m, struct report *report)
+static void report_motion(const struct hnn_video_motion *m, struct report *report)
 {
     report_text(report, "motion", "motion", hnn_motion_names[m->kind]);
     report_number(report, "latent_spread", "latent spread", NULL, m->mean.latent);
@@ -135,7 +135,7 @@ static void report_motion(const struct hnn_film_motion *m, struct report *report
     report_number(report, "frame_energy_data", "  of the data", NULL, m->energy_data);
     if (m->kind != HNN_MOTION_AS_DATA)
         report_line(report, "  the predicted frames do not move as the data do: train longer, on "
-                            "more films, or with another --seed");
+                            "more videos, or with another --seed");
 }
 
 void train_report(const struct train_run *run, struct report *report)

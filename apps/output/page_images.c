@@ -5,7 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Densities in the plane, and frames of a film: [frames x rows x columns]. */
+/* Densities in the plane, and frames of a video: [frames x rows x columns]. */
 static const struct image {
     const char *dataset, *name, *over;
     bool density; /* [frames x x x y], and shown by its square root */

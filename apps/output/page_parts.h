@@ -33,7 +33,7 @@ void page_write_series(phys_hdf5 *file, const struct series *series, struct json
    map for each that changes with two, as many as the page has room for (page_scans.c). */
 void page_write_scan(phys_hdf5 *file, struct json *json, struct ad_error *error);
 void page_write_maps(phys_hdf5 *file, struct json *json, struct ad_error *error);
-/* Densities in the plane, and frames of films. */
+/* Densities in the plane, and frames of videos. */
 void page_write_images(phys_hdf5 *file, struct json *json, struct ad_error *error);
 
 #endif

@@ -52,19 +52,19 @@ enum ad_status hnn_latent_motion(const hnn_model *model, size_t n, size_t frame,
                                  const float *foreseen, struct hnn_latent_motion *motion,
                                  struct ad_error *error);
 
-/* Motion of a model of pixels along its training films: means over `films` of them, and the worst
+/* Motion of a model of pixels along its training videos: means over `videos` of them, and the worst
    verdict. */
-struct hnn_film_motion {
+struct hnn_video_motion {
     struct hnn_latent_motion mean;
     enum hnn_motion_kind kind;
     double energy, energy_data; /* that frames show of a rod; NaN: not known */
-    size_t films;
+    size_t videos;
 };
 /* Follows the model from the beginning of up to four trajectories with training pairs, over their
    length. A motion that diverges counts as running away, and not in the means. */
-enum ad_status hnn_film_motion(hnn_model *model, const struct hnn_frames *frames,
-                               const struct hnn_split_pairs *pairs, struct hnn_film_motion *motion,
-                               struct ad_error *error);
+enum ad_status hnn_video_motion(hnn_model *model, const struct hnn_frames *frames,
+                                const struct hnn_split_pairs *pairs,
+                                struct hnn_video_motion *motion, struct ad_error *error);
 
 AD_HEADER_END
 #endif

@@ -36,26 +36,26 @@ void hnn_rod_energies(const struct hnn_rod *rod, size_t n, const double *angle, 
     }
 }
 
-enum ad_status hnn_film_energies(const struct hnn_frames *film, size_t n, const float *pixels,
-                                 double *energy, struct ad_error *error)
+enum ad_status hnn_video_energies(const struct hnn_frames *video, size_t n, const float *pixels,
+                                  double *energy, struct ad_error *error)
 {
-    if (AD_LACKS(error, film, pixels, energy))
+    if (AD_LACKS(error, video, pixels, energy))
         return error->status;
     for (size_t k = 0; k < n; k++)
         energy[k] = NAN;
-    if (!film->has_rod || n < 3)
+    if (!video->has_rod || n < 3)
         return AD_OK;
     double *angle = malloc(n * sizeof *angle);
     if (!angle)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu frames", n);
-    if (hnn_rod_angles(&film->rod, film->height, film->width, n, pixels, angle, error) == AD_OK)
-        hnn_rod_energies(&film->rod, n, angle, energy + 1);
+    if (hnn_rod_angles(&video->rod, video->height, video->width, n, pixels, angle, error) == AD_OK)
+        hnn_rod_energies(&video->rod, n, angle, energy + 1);
     free(angle);
     return error->status;
 }
 
-double hnn_film_energy_mean(size_t n, const double *energy, size_t first, size_t end, double less,
-                            int power)
+double hnn_video_energy_mean(size_t n, const double *energy, size_t first, size_t end, double less,
+                             int power)
 {
     double sum = 0;
     first = first > 1 ? first : 1;
@@ -67,7 +67,7 @@ double hnn_film_energy_mean(size_t n, const double *energy, size_t first, size_t
     return sum / (double)(end - first);
 }
 
-double hnn_film_mse(size_t n, size_t frame, const float *a, const float *b)
+double hnn_video_mse(size_t n, size_t frame, const float *a, const float *b)
 {
     double sum = 0;
     if (!a || !b)
@@ -77,21 +77,21 @@ double hnn_film_mse(size_t n, size_t frame, const float *a, const float *b)
     return sum / (double)(n * frame);
 }
 
-size_t hnn_film_begin(const struct hnn_frames *film, size_t trajectory, size_t n, float *pixels,
-                      double *energy)
+size_t hnn_video_begin(const struct hnn_frames *video, size_t trajectory, size_t n, float *pixels,
+                       double *energy)
 {
-    if (!film || !pixels || !energy)
+    if (!video || !pixels || !energy)
         return 0;
-    const size_t frame = film->height * film->width, first = trajectory * film->frames;
+    const size_t frame = video->height * video->width, first = trajectory * video->frames;
     *energy = NAN;
-    if (!film->has_rod || !film->angle) {
-        n = n < film->frames ? n : film->frames;
-        memcpy(pixels, film->pixels + first * frame, n * frame * sizeof *pixels);
+    if (!video->has_rod || !video->angle) {
+        n = n < video->frames ? n : video->frames;
+        memcpy(pixels, video->pixels + first * frame, n * frame * sizeof *pixels);
         return n;
     }
-    double angle = film->angle[first], speed = film->speed[first];
-    *energy = hnn_rod_energy(&film->rod, angle, speed);
-    for (size_t k = 0; k < n; k++, hnn_rod_step(&film->rod, &angle, &speed))
-        hnn_rod_draw(&film->rod, angle, film->height, film->width, pixels + k * frame);
+    double angle = video->angle[first], speed = video->speed[first];
+    *energy = hnn_rod_energy(&video->rod, angle, speed);
+    for (size_t k = 0; k < n; k++, hnn_rod_step(&video->rod, &angle, &speed))
+        hnn_rod_draw(&video->rod, angle, video->height, video->width, pixels + k * frame);
     return n;
 }

@@ -33,23 +33,23 @@ enum ad_status hnn_rod_angles(const struct hnn_rod *rod, size_t height, size_t w
 /* E at angles 1 ... n - 2 of n successive angles; energy [n - 2]. */
 void hnn_rod_energies(const struct hnn_rod *rod, size_t n, const double *angle, double *energy);
 
-/* ---- of films ---- */
+/* ---- of videos ---- */
 
-/* E of n successive frames, of the size and the rod of `film`: energy [n], NaN at both ends, and
+/* E of n successive frames, of the size and the rod of `video`: energy [n], NaN at both ends, and
    everywhere if there is no rod or fewer than three frames. AD_E_MEMORY. */
-enum ad_status hnn_film_energies(const struct hnn_frames *film, size_t n, const float *pixels,
-                                 double *energy, struct ad_error *error);
-/* Mean of (E - less)^power over frames first ... end - 1 of energy [n], without the film's ends;
+enum ad_status hnn_video_energies(const struct hnn_frames *video, size_t n, const float *pixels,
+                                  double *energy, struct ad_error *error);
+/* Mean of (E - less)^power over frames first ... end - 1 of energy [n], without the video's ends;
    NaN: there are none. */
-double hnn_film_energy_mean(size_t n, const double *energy, size_t first, size_t end, double less,
-                            int power);
+double hnn_video_energy_mean(size_t n, const double *energy, size_t first, size_t end, double less,
+                             int power);
 /* Mean squared difference of n frames [frame]. */
-double hnn_film_mse(size_t n, size_t frame, const float *a, const float *b);
-/* The first frames [n x frame] of a trajectory of `film`: n rendered ones if the rod and its start
+double hnn_video_mse(size_t n, size_t frame, const float *a, const float *b);
+/* The first frames [n x frame] of a trajectory of `video`: n rendered ones if the rod and its start
    are known, else as many of n as exist. Returns their number; *energy is that of the rod, NaN:
    unknown. */
-size_t hnn_film_begin(const struct hnn_frames *film, size_t trajectory, size_t n, float *pixels,
-                      double *energy);
+size_t hnn_video_begin(const struct hnn_frames *video, size_t trajectory, size_t n, float *pixels,
+                       double *energy);
 
 AD_HEADER_END
 #endif

@@ -108,26 +108,26 @@ enum ad_status hnn_frames_save(const struct hnn_frames *frames, const char *file
 
 /* ---- from the pendulum ---- */
 
-struct hnn_filming {
-    size_t size; /* sizeof(struct hnn_filming) */
+struct hnn_video_settings {
+    size_t size; /* sizeof(struct hnn_video_settings) */
     struct hnn_rod rod;
     size_t trajectories, frames, height, width;
     double angle_max, speed_max; /* starts: uniform within +- */
 };
 /* As published: 200 trajectories of 102 frames, 28 x 28, that is 100 pairs with a next one of each;
    within pi/6 of hanging and a speed of 1. */
-void hnn_filming_published_to(struct hnn_filming *settings);
-static inline struct hnn_filming hnn_filming_published(void)
+void hnn_video_published_to(struct hnn_video_settings *settings);
+static inline struct hnn_video_settings hnn_video_published(void)
 {
-    struct hnn_filming settings;
+    struct hnn_video_settings settings;
     settings.size = sizeof settings;
-    hnn_filming_published_to(&settings);
+    hnn_video_published_to(&settings);
     return settings;
 }
 /* Renders the motion from random starts; with HNN_BILINEAR in 256 levels, as published.
    AD_E_ARGUMENT names what is out of range. Free with hnn_frames_free in any case. */
-enum ad_status hnn_rod_film(const struct hnn_filming *filming, uint64_t seed,
-                            struct hnn_frames *frames, struct ad_error *error);
+enum ad_status hnn_rod_video(const struct hnn_video_settings *settings, uint64_t seed,
+                             struct hnn_frames *frames, struct ad_error *error);
 
 AD_HEADER_END
 #endif

@@ -100,27 +100,27 @@ static void test_seed_and_options(void **state)
 static void test_pixels(void **state)
 {
     (void)state;
-    struct hnn_filming filming = hnn_filming_published();
+    struct hnn_video_settings settings = hnn_video_published();
     struct hnn_frames drawn, read;
     struct ad_error error = {0};
     shell_works("$LA dataset pixels --trials 3 --points 4 --size 20,30 --dt 0.02 --max-angle 1 "
                 "--max-speed 2 --filter bilinear "
                 "--rows 100,400 --columns 50,450 --seed 9 --json --out p.h5");
     assert_non_null(strstr(shell_last_line(), "\"frames\": 18"));
-    filming.trajectories = 3;
-    filming.frames = 6;
-    filming.height = 20;
-    filming.width = 30;
-    filming.angle_max = 1;
-    filming.speed_max = 2;
-    filming.rod.dt = 0.02;
+    settings.trajectories = 3;
+    settings.frames = 6;
+    settings.height = 20;
+    settings.width = 30;
+    settings.angle_max = 1;
+    settings.speed_max = 2;
+    settings.rod.dt = 0.02;
     assert_int_equal(hnn_frames_read(shell_path("p.h5"), &read, &error), AD_OK);
     assert_close(read.rod.left, -2.2 + 50 * 0.0088, 0, 1e-15);
     assert_close(read.rod.right, -2.2 + 450 * 0.0088, 0, 1e-15);
     assert_close(read.rod.top, 2.2 - 100 * 0.0088, 0, 1e-15);
     assert_close(read.rod.bottom, 2.2 - 400 * 0.0088, 0, 1e-15);
-    filming.rod = read.rod;
-    assert_int_equal(hnn_rod_film(&filming, 9, &drawn, &error), AD_OK);
+    settings.rod = read.rod;
+    assert_int_equal(hnn_rod_video(&settings, 9, &drawn, &error), AD_OK);
     assert_memory_equal(drawn.pixels, read.pixels, (size_t)18 * 600 * sizeof *read.pixels);
     assert_memory_equal(drawn.angle, read.angle, 18 * sizeof *read.angle);
     assert_close(read.rod.dt, 0.02, 0, 0);

@@ -22,17 +22,17 @@ static void write_data(void)
     fclose(out);
 }
 
-/* Four short films of the pendulum, 6 x 5 pixels. */
+/* Four short videos of the pendulum, 6 x 5 pixels. */
 static void write_frames(void)
 {
-    struct hnn_filming filming = hnn_filming_published();
-    filming.trajectories = 4;
-    filming.frames = 12;
-    filming.height = 6;
-    filming.width = 5;
+    struct hnn_video_settings settings = hnn_video_published();
+    settings.trajectories = 4;
+    settings.frames = 12;
+    settings.height = 6;
+    settings.width = 5;
     struct hnn_frames frames;
     struct ad_error error = {0};
-    assert_int_equal(hnn_rod_film(&filming, 3, &frames, &error), AD_OK);
+    assert_int_equal(hnn_rod_video(&settings, 3, &frames, &error), AD_OK);
     assert_int_equal(hnn_frames_save(&frames, shell_path("frames.h5"), &error), AD_OK);
     hnn_frames_free(&frames);
 }

@@ -183,15 +183,15 @@ static void touched(int signal)
     X(hnn_observe, hnn_observe(P, P, P, e))                                                        \
     X(hnn_show, hnn_show(P, P, 1, P, e))                                                           \
     X(hnn_latent_motion, hnn_latent_motion(P, 1, 1, P, P, P, P, e))                                \
-    X(hnn_film_motion, hnn_film_motion(P, P, P, P, e))                                             \
+    X(hnn_video_motion, hnn_video_motion(P, P, P, P, e))                                           \
     X(hnn_filter_find, hnn_filter_find(P, P, e))                                                   \
     X(hnn_rod_check, hnn_rod_check(P, e))                                                          \
     X(hnn_frames_split, hnn_frames_split(P, 1, 1, P, e))                                           \
     X(hnn_frames_read, hnn_frames_read(P, P, e))                                                   \
     X(hnn_frames_save, hnn_frames_save(P, P, e))                                                   \
-    X(hnn_rod_film, hnn_rod_film(P, 1, O, e))                                                      \
+    X(hnn_rod_video, hnn_rod_video(P, 1, O, e))                                                    \
     X(hnn_rod_angles, hnn_rod_angles(P, 1, 1, 1, P, P, e))                                         \
-    X(hnn_film_energies, hnn_film_energies(P, 1, P, P, e))                                         \
+    X(hnn_video_energies, hnn_video_energies(P, 1, P, P, e))                                       \
     X(hnn_path_read, hnn_path_read(P, 1, 1, O, e))                                                 \
     X(hnn_rollout, hnn_rollout(P, P, P, O, O, e))                                                  \
     X(hnn_task_published_mse, hnn_task_published_mse(P, 1, P, P, P, P, P, e))                      \

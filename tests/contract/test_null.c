@@ -21,7 +21,7 @@ static void test_defaults(void **state)
     phys_path_defaults_to(NULL, NULL);
     hnn_defaults_to(NULL, HNN_HAMILTONIAN, 1);
     hnn_training_defaults_to(NULL);
-    hnn_filming_published_to(NULL);
+    hnn_video_published_to(NULL);
     qm_slit_defaults_to(NULL);
 }
 

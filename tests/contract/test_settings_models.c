@@ -395,19 +395,19 @@ static enum ad_status use_trials(const struct hnn_trials *s, struct ad_error *er
     return error->status;
 }
 
-static struct hnn_filming filming(void)
+static struct hnn_video_settings settings(void)
 {
-    struct hnn_filming s = hnn_filming_published();
+    struct hnn_video_settings s = hnn_video_published();
     s.trajectories = 1;
     s.frames = 3;
     s.height = s.width = 4;
     return s;
 }
 
-static enum ad_status use_filming(const struct hnn_filming *s, struct ad_error *error)
+static enum ad_status use_video(const struct hnn_video_settings *s, struct ad_error *error)
 {
     struct hnn_frames frames;
-    hnn_rod_film(s, 0, &frames, error);
+    hnn_rod_video(s, 0, &frames, error);
     hnn_frames_free(&frames);
     return error->status;
 }
@@ -445,14 +445,14 @@ static void test_rollouts(void **state)
     TRY(trials, use_trials, "strength", s.strength = -1);
     TRY(trials, use_trials, "dt", s.integrator = fixed());
     TRY(trials, use_trials, "rtol", s.rtol = NAN);
-    TRY(filming, use_filming, "", (void)s);
-    TRY(filming, use_filming, "size", s.size = 0);
-    TRY(filming, use_filming, "frames", s.trajectories = 0);
-    TRY(filming, use_filming, "frames", s.frames = 2);
-    TRY(filming, use_filming, "pixel", s.height = 0);
-    TRY(filming, use_filming, "frames", s.trajectories = SIZE_MAX);
-    TRY(filming, use_filming, "gravity", s.rod.gravity = NAN);
-    TRY(filming, use_filming, "filter", s.rod.filter = (enum hnn_filter)2);
+    TRY(settings, use_video, "", (void)s);
+    TRY(settings, use_video, "size", s.size = 0);
+    TRY(settings, use_video, "frames", s.trajectories = 0);
+    TRY(settings, use_video, "frames", s.frames = 2);
+    TRY(settings, use_video, "pixel", s.height = 0);
+    TRY(settings, use_video, "frames", s.trajectories = SIZE_MAX);
+    TRY(settings, use_video, "gravity", s.rod.gravity = NAN);
+    TRY(settings, use_video, "filter", s.rod.filter = (enum hnn_filter)2);
     assert_int_equal(wrong, 0);
 }
 

@@ -25,27 +25,27 @@ static struct hnn_settings settings_of(enum hnn_kind kind, size_t dof)
 }
 
 /* A blob that swings to and fro beside a margin, and every pair of it that has a next one. */
-struct film {
+struct video {
     float pixels[FRAMES * FRAME];
     size_t first[SAMPLES];
     struct hnn_samples samples;
 };
 
-static void shoot_with(struct film *film, float margin)
+static void shoot_with(struct video *video, float margin)
 {
     for (int t = 0; t < FRAMES; t++)
         for (int k = 0; k < FRAME; k++) {
             double x = k % SIDE - 1.5 - 1.2 * cos(0.3 * t), y = k / SIDE - 1.5;
-            film->pixels[t * FRAME + k] =
+            video->pixels[t * FRAME + k] =
                 k % SIDE == 0 ? margin : (float)(0.5 * exp(-x * x - 0.4 * y * y));
         }
     for (size_t k = 0; k < SAMPLES; k++)
-        film->first[k] = SAMPLES - 1 - k;
-    film->samples = (struct hnn_samples){
-        .n = SAMPLES, .frames = film->pixels, .first = film->first, .frame = FRAME};
+        video->first[k] = SAMPLES - 1 - k;
+    video->samples = (struct hnn_samples){
+        .n = SAMPLES, .frames = video->pixels, .first = video->first, .frame = FRAME};
 }
 
-static void shoot(struct film *film) { shoot_with(film, 0.01f); }
+static void shoot(struct video *video) { shoot_with(video, 0.01f); }
 
 /* ---- the oracle ---- */
 
@@ -112,8 +112,8 @@ static double loss_of(hnn_model *model, const float *frames)
 static void test_loss(void **state)
 {
     (void)state;
-    struct film film;
-    shoot(&film);
+    struct video video;
+    shoot(&video);
     for (int which = 0; which < 4; which++) {
         struct hnn_settings s =
             settings_of(which % 2 ? HNN_HAMILTONIAN : HNN_BASELINE, which < 2 ? 1 : 2);
@@ -121,10 +121,10 @@ static void test_loss(void **state)
         struct hnn_training training = hnn_pixel_training_defaults();
         assert_true(training.batch == 200 && training.steps == 10000); /* published */
         training.batch = 7;
-        hnn_trainer *trainer = small_trainer(model, &training, &film.samples, &film.samples);
+        hnn_trainer *trainer = small_trainer(model, &training, &video.samples, &video.samples);
         double expected = 0;
         for (int k = 0; k < SAMPLES; k++)
-            expected += loss_of(model, film.pixels + k * FRAME) / SAMPLES;
+            expected += loss_of(model, video.pixels + k * FRAME) / SAMPLES;
         assert_close(hnn_trainer_train_loss(trainer), expected, 1e-13, 0);
         assert_close(hnn_trainer_test_loss(trainer), expected, 1e-13, 0);
         hnn_trainer_free(trainer);
@@ -138,15 +138,15 @@ static void test_gradient(void **state)
 {
     (void)state;
     enum { N = 3 };
-    struct film film;
+    struct video video;
     struct hnn_training training = hnn_pixel_training_defaults();
     double seen[(PIXELS + FRAME) * N], pixels[PIXELS * N];
-    shoot(&film);
+    shoot(&video);
     for (int i = 0; i < N; i++)
         for (int k = 0; k < PIXELS + FRAME; k++) {
-            seen[i * (PIXELS + FRAME) + k] = (double)film.pixels[7 * i * FRAME + k];
+            seen[i * (PIXELS + FRAME) + k] = (double)video.pixels[7 * i * FRAME + k];
             if (k < PIXELS)
-                pixels[i * PIXELS + k] = (double)film.pixels[7 * i * FRAME + k];
+                pixels[i * PIXELS + k] = (double)video.pixels[7 * i * FRAME + k];
         }
     for (int which = 0; which < 4; which++) {
         struct hnn_settings s =
@@ -186,20 +186,20 @@ static struct hnn_training short_training(size_t steps)
 static void test_dark_pixels(void **state)
 {
     (void)state;
-    struct film film[2];
+    struct video video[2];
     hnn_model *model[2];
     struct hnn_settings s = settings_of(HNN_HAMILTONIAN, 1);
     struct hnn_training training = short_training(12);
     double loss[2];
     for (int lit = 0; lit < 2; lit++) {
-        shoot_with(&film[lit], lit ? 1e-37f : 0);
+        shoot_with(&video[lit], lit ? 1e-37f : 0);
         model[lit] = small_model(&s);
         hnn_trainer *trainer =
-            small_trainer(model[lit], &training, &film[lit].samples, &film[lit].samples);
+            small_trainer(model[lit], &training, &video[lit].samples, &video[lit].samples);
         small_run(trainer);
         loss[lit] = 0;
         for (int k = 0; k < SAMPLES; k++)
-            loss[lit] += loss_of(model[lit], film[lit].pixels + k * FRAME) / SAMPLES;
+            loss[lit] += loss_of(model[lit], video[lit].pixels + k * FRAME) / SAMPLES;
         assert_close(hnn_trainer_train_loss(trainer), loss[lit], 1e-13, 0);
         hnn_trainer_free(trainer);
     }
@@ -239,15 +239,15 @@ static void test_nothing_to_see(void **state)
 static void test_training_halves_the_loss(void **state)
 {
     (void)state;
-    struct film film;
-    shoot(&film);
+    struct video video;
+    shoot(&video);
     for (int type = AD_F32; type <= AD_F64; type++)
         for (int kind = HNN_BASELINE; kind <= HNN_HAMILTONIAN; kind++) {
             struct hnn_settings s = settings_of((enum hnn_kind)kind, 1);
             s.precision = (enum ad_type)type;
             hnn_model *model = small_model(&s);
             struct hnn_training training = short_training(150);
-            hnn_trainer *trainer = small_trainer(model, &training, &film.samples, &film.samples);
+            hnn_trainer *trainer = small_trainer(model, &training, &video.samples, &video.samples);
             double before = hnn_trainer_train_loss(trainer);
             small_run(trainer);
             double after = hnn_trainer_train_loss(trainer);
@@ -272,22 +272,22 @@ static struct path saved(hnn_trainer *trainer, const char *name)
 static void test_resumes_bitwise(void **state)
 {
     (void)state;
-    struct film film;
-    shoot_with(&film, 0);
+    struct video video;
+    shoot_with(&video, 0);
     struct hnn_settings s = settings_of(HNN_HAMILTONIAN, 1);
     s.precision = AD_F32;
     struct hnn_training whole = short_training(17), part = short_training(10);
     hnn_model *model[2] = {small_model(&s), small_model(&s)};
-    hnn_trainer *trainer = small_trainer(model[0], &whole, &film.samples, &film.samples);
+    hnn_trainer *trainer = small_trainer(model[0], &whole, &video.samples, &video.samples);
     small_run(trainer);
     struct path expected = saved(trainer, "whole.h5");
     hnn_trainer_free(trainer);
 
-    trainer = small_trainer(model[1], &part, &film.samples, &film.samples);
+    trainer = small_trainer(model[1], &part, &video.samples, &video.samples);
     small_run(trainer);
     struct path half = saved(trainer, "half.h5");
     hnn_trainer_free(trainer);
-    trainer = small_trainer(model[1], &whole, &film.samples, &film.samples);
+    trainer = small_trainer(model[1], &whole, &video.samples, &video.samples);
     struct ad_error error = {0};
     assert_int_equal(hnn_trainer_resume(trainer, half.text, &error), AD_OK);
     assert_int_equal(hnn_trainer_step(trainer), 10);
@@ -311,9 +311,9 @@ static void test_encode_decode_and_files(void **state)
 {
     (void)state;
     enum { N = 5 };
-    struct film film;
+    struct video video;
     struct ad_error error = {0};
-    shoot(&film);
+    shoot(&video);
     struct hnn_settings s = settings_of(HNN_HAMILTONIAN, 1);
     hnn_model *model = small_model(&s), *loaded;
     struct path file = files_temporary("pixels.h5");
@@ -322,7 +322,7 @@ static void test_encode_decode_and_files(void **state)
     double pixels[PIXELS * N], z[2 * N], back[PIXELS * N], one[PIXELS], latent[2], seen[PIXELS];
     for (int k = 0; k < PIXELS; k++)
         for (int i = 0; i < N; i++)
-            pixels[i * PIXELS + k] = (double)film.pixels[i * FRAME + k];
+            pixels[i * PIXELS + k] = (double)video.pixels[i * FRAME + k];
     assert_int_equal(hnn_model_encode(loaded, N, pixels, z, &error), AD_OK);
     struct ad_error lost = {0};
     const double pixel = pixels[1];
@@ -348,8 +348,8 @@ static void test_encode_decode_and_files(void **state)
 static void test_refusals(void **state)
 {
     (void)state;
-    struct film film;
-    shoot(&film);
+    struct video video;
+    shoot(&video);
     struct hnn_settings s = settings_of(HNN_HAMILTONIAN, 1), plain = hnn_defaults(HNN_BASELINE, 1);
     hnn_model *model = small_model(&s), *of_states = small_model(&plain), *none;
     struct hnn_samples states = small_pendulum(1, 10, 0);
@@ -362,14 +362,14 @@ static void test_refusals(void **state)
                      AD_E_ARGUMENT);
     assert_mentions(error.message, "pixels frames");
     error = (struct ad_error){0};
-    struct hnn_samples other = film.samples;
+    struct hnn_samples other = video.samples;
     other.frame = FRAME / 2;
-    assert_int_equal(hnn_trainer_new(model, &training, &film.samples, &other, &trainer, &error),
+    assert_int_equal(hnn_trainer_new(model, &training, &video.samples, &other, &trainer, &error),
                      AD_E_ARGUMENT);
     assert_mentions(error.message, "16 pixels 8");
     error = (struct ad_error){0};
     assert_int_equal(
-        hnn_trainer_new(of_states, &training, &film.samples, &film.samples, &trainer, &error),
+        hnn_trainer_new(of_states, &training, &video.samples, &video.samples, &trainer, &error),
         AD_E_ARGUMENT);
     error = (struct ad_error){0};
     assert_int_equal(hnn_model_encode(of_states, 1, x, z, &error), AD_E_ARGUMENT);

@@ -63,7 +63,7 @@ static struct path write_integers(const char *name, hid_t type, const hsize_t di
     struct path path = files_temporary(name);
     hid_t file = H5Fcreate(path.text, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
     hid_t space = H5Screate_simple(4, dims, NULL);
-    hid_t set = H5Dcreate2(file, "film", type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    hid_t set = H5Dcreate2(file, "video", type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
     assert_true(H5Dwrite(set, H5T_NATIVE_INT, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) >= 0);
     H5Dclose(set);
     H5Sclose(space);
@@ -74,14 +74,14 @@ static struct path write_integers(const char *name, hid_t type, const hsize_t di
 static void test_drawn_frames_come_back(void **state)
 {
     (void)state;
-    struct hnn_filming filming = hnn_filming_published();
+    struct hnn_video_settings settings = hnn_video_published();
     struct hnn_frames a;
-    filming.trajectories = 2;
-    filming.frames = 6;
-    filming.width = 17;
-    filming.rod.dt = 0.031;
-    filming.rod.filter = HNN_BILINEAR;
-    assert_int_equal(hnn_rod_film(&filming, 3, &a, &error), AD_OK);
+    settings.trajectories = 2;
+    settings.frames = 6;
+    settings.width = 17;
+    settings.rod.dt = 0.031;
+    settings.rod.filter = HNN_BILINEAR;
+    assert_int_equal(hnn_rod_video(&settings, 3, &a, &error), AD_OK);
     struct path path = files_temporary("drawn.h5");
     assert_int_equal(hnn_frames_save(&a, path.text, &error), AD_OK);
     struct hnn_frames b = accepted(path);
@@ -123,7 +123,7 @@ static void test_arrays_of_a_user(void **state)
     hnn_frames_free(&f);
     bytes[2 * H * W + 1 * W + 3] = 256; /* trajectory 1, frame 3, row 2, column 4 */
     refused(write_integers("words.h5", H5T_STD_U16LE, dims, bytes),
-            "0 255 256 'film' trajectory 1 frame 3 row 2 column 4");
+            "0 255 256 'video' trajectory 1 frame 3 row 2 column 4");
 }
 
 static void test_damaged_arrays(void **state)
@@ -155,10 +155,10 @@ static void test_damaged_arrays(void **state)
 static void test_damaged_motion(void **state)
 {
     (void)state;
-    struct hnn_filming filming = hnn_filming_published();
-    filming.trajectories = 1;
-    filming.frames = 4;
-    filming.height = filming.width = 2;
+    struct hnn_video_settings settings = hnn_video_published();
+    settings.trajectories = 1;
+    settings.frames = 4;
+    settings.height = settings.width = 2;
     for (int damage = 0; damage < 5; damage++) {
         struct hnn_frames f;
         error = (struct ad_error){0};
@@ -166,7 +166,7 @@ static void test_damaged_motion(void **state)
         struct path path = files_temporary("motion.h5");
         static const char *const says[] = {"finite 'angle' trajectory 1 frame 3", "axle", "gravity",
                                            "'speed'", "'bilinea' 'bilinear'"};
-        assert_int_equal(hnn_rod_film(&filming, 3, &f, &error), AD_OK);
+        assert_int_equal(hnn_rod_video(&settings, 3, &f, &error), AD_OK);
         assert_int_equal(phys_hdf5_create(path.text, &file, &error), AD_OK);
         double *speed = f.speed;
         if (damage == 0)

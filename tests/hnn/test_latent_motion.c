@@ -10,15 +10,15 @@
 
 enum { SIDE = 6, AREA = SIDE * SIDE, FRAMES = 12 };
 
-static struct hnn_frames film(struct hnn_split_pairs *pairs)
+static struct hnn_frames video(struct hnn_split_pairs *pairs)
 {
-    struct hnn_filming filming = hnn_filming_published();
+    struct hnn_video_settings settings = hnn_video_published();
     struct hnn_frames frames;
     struct ad_error error = {0};
-    filming.trajectories = 5;
-    filming.frames = FRAMES;
-    filming.height = filming.width = SIDE;
-    assert_int_equal(hnn_rod_film(&filming, 1, &frames, &error), AD_OK);
+    settings.trajectories = 5;
+    settings.frames = FRAMES;
+    settings.height = settings.width = SIDE;
+    assert_int_equal(hnn_rod_video(&settings, 1, &frames, &error), AD_OK);
     assert_int_equal(hnn_frames_split(&frames, 0.2, 1, pairs, &error), AD_OK);
     return frames;
 }
@@ -47,7 +47,7 @@ static void test_range(void **state)
     (void)state;
     for (int k = 0; k < 2; k++) {
         struct hnn_split_pairs pairs;
-        struct hnn_frames frames = film(&pairs);
+        struct hnn_frames frames = video(&pairs);
         hnn_model *model = trained(k ? AD_F32 : AD_F64, &frames, &pairs);
         struct hnn_range range = hnn_model_range(model);
         struct ad_error error = {0};
@@ -86,7 +86,7 @@ static void test_verdicts(void **state)
                  {1, 0, true, HNN_MOTION_STANDS},       {10, 0, false, HNN_MOTION_RUNS_AWAY},
                  {1, 2.5, false, HNN_MOTION_RUNS_AWAY}, {NAN, 0, false, HNN_MOTION_RUNS_AWAY}};
     struct hnn_split_pairs pairs;
-    struct hnn_frames frames = film(&pairs);
+    struct hnn_frames frames = video(&pairs);
     hnn_model *model = trained(AD_F64, &frames, &pairs);
     struct hnn_range range = hnn_model_range(model);
     struct ad_error error = {0};

@@ -158,7 +158,7 @@ static void test_files(void **state)
     phys_hdf5_close(file);
 }
 
-/* Frames of a user, of no rod: there is nothing to measure but pixels, as far as the film goes. */
+/* Frames of a user, of no rod: there is nothing to measure but pixels, as far as the video goes. */
 static void test_frames_of_no_rod(void **state)
 {
     (void)state;

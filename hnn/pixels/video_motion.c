@@ -1,4 +1,4 @@
-/* Compares the motion of a model of pixels with the films it was trained on (latent.h). */
+/* Compares the motion of a model of pixels with the videos it was trained on (latent.h). */
 #include "autodiff/free.h"
 #include "latent.h"
 #include "hnn/model/internal.h"
@@ -7,20 +7,20 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { FILMS = 4 };
+enum { VIDEOS = 4 };
 
 /* Mean energy of the rod in n frames; NaN if unknown. */
 static double mean_energy(const struct hnn_frames *f, size_t n, const float *pixels, double *energy,
                           struct ad_error *error)
 {
-    hnn_film_energies(f, n, pixels, energy, error);
-    return hnn_film_energy_mean(n, energy, 0, n, 0, 1);
+    hnn_video_energies(f, n, pixels, energy, error);
+    return hnn_video_energy_mean(n, energy, 0, n, 0, 1);
 }
 
 /* A field that explodes on the way is one that runs away. */
-static enum ad_status follow_film(hnn_model *model, const struct hnn_frames *f, size_t first,
-                                  float *foreseen, double *work, struct hnn_film_motion *m,
-                                  struct ad_error *error)
+static enum ad_status follow_video(hnn_model *model, const struct hnn_frames *f, size_t first,
+                                   float *foreseen, double *work, struct hnn_video_motion *m,
+                                   struct ad_error *error)
 {
     size_t n = f->frames - 1, frame = f->height * f->width;
     const float *frames = hnn_frames_pair(f, first);
@@ -46,38 +46,38 @@ static enum ad_status follow_film(hnn_model *model, const struct hnn_frames *f, 
         m->mean.frames_data += motion.frames_data;
         m->energy += mean_energy(f, n, foreseen, work, error);
         m->energy_data += mean_energy(f, n, frames, work, error);
-        m->films++;
+        m->videos++;
     }
     hnn_path_free(&path);
     return error->status;
 }
 
-static void sums_to_means(struct hnn_film_motion *m)
+static void sums_to_means(struct hnn_video_motion *m)
 {
     double *sum[] = {&m->mean.latent,      &m->mean.latent_data, &m->mean.frames,
                      &m->mean.frames_data, &m->energy,           &m->energy_data};
     for (size_t k = 0; k < sizeof sum / sizeof *sum; k++)
-        *sum[k] = m->films ? *sum[k] / (double)m->films : (double)NAN;
+        *sum[k] = m->videos ? *sum[k] / (double)m->videos : (double)NAN;
 }
 
-enum ad_status hnn_film_motion(hnn_model *model, const struct hnn_frames *f,
-                               const struct hnn_split_pairs *pairs, struct hnn_film_motion *motion,
-                               struct ad_error *error)
+enum ad_status hnn_video_motion(hnn_model *model, const struct hnn_frames *f,
+                                const struct hnn_split_pairs *pairs,
+                                struct hnn_video_motion *motion, struct ad_error *error)
 {
     if (AD_LACKS(error, model, f, pairs, motion))
         return error->status;
     if (f->frames < 3)
         return ad_fail(error, AD_E_ARGUMENT, "%s: %zu frames; expected 3 or more", __func__,
                        f->frames);
-    size_t each = f->frames - 2, films = pairs->n_train / each, n = f->frames - 1;
-    size_t stride = films > FILMS ? films / FILMS : 1;
-    *motion = (struct hnn_film_motion){0};
+    size_t each = f->frames - 2, videos = pairs->n_train / each, n = f->frames - 1;
+    size_t stride = videos > VIDEOS ? videos / VIDEOS : 1;
+    *motion = (struct hnn_video_motion){0};
     float *foreseen = malloc(n * f->height * f->width * sizeof *foreseen);
     double *work = malloc(n * sizeof *work);
     if (!foreseen || !work)
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu frames", n);
-    for (size_t k = 0; k < films && k < FILMS * stride && error->status == AD_OK; k += stride)
-        follow_film(model, f, pairs->train[k * each], foreseen, work, motion, error);
+    for (size_t k = 0; k < videos && k < VIDEOS * stride && error->status == AD_OK; k += stride)
+        follow_video(model, f, pairs->train[k * each], foreseen, work, motion, error);
     sums_to_means(motion);
     AD_FREE(foreseen, work);
     return error->status;

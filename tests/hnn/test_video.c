@@ -7,25 +7,25 @@
 
 enum { TRIALS = 6 };
 
-static struct hnn_frames film_by(enum hnn_filter filter, size_t trajectories, double angle_max,
-                                 double speed_max, uint64_t seed)
+static struct hnn_frames video_by(enum hnn_filter filter, size_t trajectories, double angle_max,
+                                  double speed_max, uint64_t seed)
 {
-    struct hnn_filming filming = hnn_filming_published();
+    struct hnn_video_settings settings = hnn_video_published();
     struct hnn_frames frames;
     struct ad_error error = {0};
-    filming.rod.filter = filter;
-    filming.trajectories = trajectories;
-    filming.angle_max = angle_max;
-    filming.speed_max = speed_max;
-    if (hnn_rod_film(&filming, seed, &frames, &error) != AD_OK)
+    settings.rod.filter = filter;
+    settings.trajectories = trajectories;
+    settings.angle_max = angle_max;
+    settings.speed_max = speed_max;
+    if (hnn_rod_video(&settings, seed, &frames, &error) != AD_OK)
         fail_msg("%s", error.message);
     return frames;
 }
 
-static struct hnn_frames film(size_t trajectories, double angle_max, double speed_max,
-                              uint64_t seed)
+static struct hnn_frames video(size_t trajectories, double angle_max, double speed_max,
+                               uint64_t seed)
 {
-    return film_by(HNN_AREA, trajectories, angle_max, speed_max, seed);
+    return video_by(HNN_AREA, trajectories, angle_max, speed_max, seed);
 }
 
 /* ---- motion ---- */
@@ -92,13 +92,13 @@ static void test_energy_is_conserved(void **state)
 static void test_starts(void **state)
 {
     (void)state;
-    struct hnn_filming filming = hnn_filming_published();
+    struct hnn_video_settings settings = hnn_video_published();
     struct hnn_frames f;
     struct ad_error error = {0};
-    filming.trajectories = 4000;
-    filming.frames = 3;
-    filming.height = filming.width = 1;
-    assert_int_equal(hnn_rod_film(&filming, 11, &f, &error), AD_OK);
+    settings.trajectories = 4000;
+    settings.frames = 3;
+    settings.height = settings.width = 1;
+    assert_int_equal(hnn_rod_video(&settings, 11, &f, &error), AD_OK);
     double angle2 = 0, speed2 = 0, both = 0, n = 4000;
     for (size_t i = 0; i < 4000; i++) {
         double a = f.angle[3 * i] / (acos(-1) / 6), s = f.speed[3 * i];
@@ -116,7 +116,7 @@ static void test_starts(void **state)
 static void test_pairs_and_seed(void **state)
 {
     (void)state;
-    struct hnn_frames a = film(3, 0.5, 1, 7), b = film(3, 0.5, 1, 7), c = film(3, 0.5, 1, 8);
+    struct hnn_frames a = video(3, 0.5, 1, 7), b = video(3, 0.5, 1, 7), c = video(3, 0.5, 1, 8);
     size_t area = 28 * 28, n = 3 * 102;
     float drawn[28 * 28];
     assert_memory_equal(a.pixels, b.pixels, n * area * sizeof *a.pixels);
@@ -136,9 +136,9 @@ static void test_pairs_and_seed(void **state)
 static void test_refused(void **state)
 {
     (void)state;
-    struct hnn_filming wrong[7];
+    struct hnn_video_settings wrong[7];
     for (size_t k = 0; k < LENGTH(wrong); k++)
-        wrong[k] = hnn_filming_published();
+        wrong[k] = hnn_video_published();
     wrong[0].frames = 2;
     wrong[1].trajectories = 0;
     wrong[2].width = 0;
@@ -149,7 +149,7 @@ static void test_refused(void **state)
     for (size_t k = 0; k < LENGTH(wrong); k++) {
         struct hnn_frames f;
         struct ad_error error = {0};
-        assert_int_equal(hnn_rod_film(&wrong[k], 1, &f, &error), AD_E_ARGUMENT);
+        assert_int_equal(hnn_rod_video(&wrong[k], 1, &f, &error), AD_E_ARGUMENT);
         hnn_frames_free(&f);
     }
 }
@@ -207,31 +207,31 @@ static double energy_error(const struct hnn_frames *f, size_t trajectory, const 
     return worst;
 }
 
-/* A film drawn on from its start is the film, and its energies are those of the angles. */
-static void test_measures_of_films(void **state)
+/* A video drawn on from its start is the video, and its energies are those of the angles. */
+static void test_measures_of_videos(void **state)
 {
     (void)state;
     enum { N = 102, FRAME = 28 * 28 };
-    struct hnn_frames f = film(2, acos(-1) / 6, 1, 1);
+    struct hnn_frames f = video(2, acos(-1) / 6, 1, 1);
     struct ad_error error = {0};
     static float pixels[(N + 5) * FRAME];
     double energy[N + 5], truth;
-    assert_int_equal(hnn_film_begin(&f, 1, N + 5, pixels, &truth), N + 5);
+    assert_int_equal(hnn_video_begin(&f, 1, N + 5, pixels, &truth), N + 5);
     assert_close(truth, hnn_rod_energy(&f.rod, f.angle[N], f.speed[N]), 1e-14, 0);
-    assert_true(hnn_film_mse(N, FRAME, pixels, hnn_frames_pair(&f, N)) < 1e-12);
-    assert_int_equal(hnn_film_energies(&f, N + 5, pixels, energy, &error), AD_OK);
+    assert_true(hnn_video_mse(N, FRAME, pixels, hnn_frames_pair(&f, N)) < 1e-12);
+    assert_int_equal(hnn_video_energies(&f, N + 5, pixels, energy, &error), AD_OK);
     assert_true(isnan(energy[0]) && isnan(energy[N + 4]));
-    assert_close(hnn_film_energy_mean(N + 5, energy, 0, N + 5, 0, 1), truth, 1e-3, 0);
-    assert_true(hnn_film_energy_mean(N + 5, energy, 0, N + 5, truth, 2) < 1e-6 * truth * truth);
-    assert_close(hnn_film_energy_mean(N + 5, energy, 7, 8, 0, 1), energy[7], 1e-15, 0);
-    assert_true(isnan(hnn_film_energy_mean(N + 5, energy, 8, 8, 0, 1)));
+    assert_close(hnn_video_energy_mean(N + 5, energy, 0, N + 5, 0, 1), truth, 1e-3, 0);
+    assert_true(hnn_video_energy_mean(N + 5, energy, 0, N + 5, truth, 2) < 1e-6 * truth * truth);
+    assert_close(hnn_video_energy_mean(N + 5, energy, 7, 8, 0, 1), energy[7], 1e-15, 0);
+    assert_true(isnan(hnn_video_energy_mean(N + 5, energy, 8, 8, 0, 1)));
     pixels[0] += 1; /* one pixel of two frames */
-    assert_close(hnn_film_mse(2, FRAME, pixels, hnn_frames_pair(&f, N)), 1.0 / (2 * FRAME), 1e-6,
+    assert_close(hnn_video_mse(2, FRAME, pixels, hnn_frames_pair(&f, N)), 1.0 / (2 * FRAME), 1e-6,
                  0);
-    f.has_rod = false; /* what is filmed ends */
-    assert_int_equal(hnn_film_begin(&f, 1, N + 5, pixels, &truth), N);
+    f.has_rod = false; /* a recorded video ends */
+    assert_int_equal(hnn_video_begin(&f, 1, N + 5, pixels, &truth), N);
     assert_true(isnan(truth));
-    assert_int_equal(hnn_film_energies(&f, N, pixels, energy, &error), AD_OK);
+    assert_int_equal(hnn_video_energies(&f, N, pixels, energy, &error), AD_OK);
     assert_true(isnan(energy[3]));
     hnn_frames_free(&f);
 }
@@ -241,7 +241,7 @@ static void test_measures_of_films(void **state)
 static void test_energy_of_true_frames(void **state)
 {
     (void)state;
-    struct hnn_frames f = film(TRIALS, acos(-1) / 6, 1, 1);
+    struct hnn_frames f = video(TRIALS, acos(-1) / 6, 1, 1);
     for (size_t i = 0; i < TRIALS; i++)
         assert_true(energy_error(&f, i, hnn_frames_pair(&f, i * f.frames)) < 1e-4);
     hnn_frames_free(&f);
@@ -251,7 +251,7 @@ static void test_energy_of_true_frames(void **state)
 static void test_smooth_frames(void **state)
 {
     (void)state;
-    struct hnn_frames f = film_by(HNN_BILINEAR, 1, 0.5, 1, 3), g = film(1, 0.5, 1, 3);
+    struct hnn_frames f = video_by(HNN_BILINEAR, 1, 0.5, 1, 3), g = video(1, 0.5, 1, 3);
     float drawn[28 * 28];
     hnn_rod_draw(&f.rod, f.angle[40], 28, 28, drawn);
     for (size_t k = 0; k < 28 * 28; k++) {
@@ -270,7 +270,7 @@ static void test_smooth_frames(void **state)
 static void test_energy_of_poor_frames(void **state)
 {
     (void)state;
-    struct hnn_frames f = film(TRIALS, 0.5, 1, 2);
+    struct hnn_frames f = video(TRIALS, 0.5, 1, 2);
     struct phys_random random;
     float *pixels = malloc(102 * 784 * sizeof *pixels);
     phys_random_seed(&random, 5);
@@ -358,7 +358,7 @@ int main(void)
         cmocka_unit_test(test_pairs_and_seed),
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_split),
-        cmocka_unit_test(test_measures_of_films),
+        cmocka_unit_test(test_measures_of_videos),
         cmocka_unit_test(test_energy_of_true_frames),
         cmocka_unit_test(test_smooth_frames),
         cmocka_unit_test(test_energy_of_poor_frames),
@@ -366,5 +366,5 @@ int main(void)
         cmocka_unit_test(test_every_template),
         cmocka_unit_test(test_energy_of_a_whirling_rod),
     };
-    return cmocka_run_group_tests_name("filmed pendulum", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("videos of the pendulum", tests, NULL, NULL);
 }

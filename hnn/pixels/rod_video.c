@@ -5,20 +5,20 @@
 
 #include <math.h>
 
-void hnn_filming_published_to(struct hnn_filming *settings)
+void hnn_video_published_to(struct hnn_video_settings *settings)
 {
-    const struct hnn_filming defaults = {.size = sizeof defaults,
-                                         .rod = hnn_rod_published(),
-                                         .trajectories = 200,
-                                         .frames = 102,
-                                         .height = 28,
-                                         .width = 28,
-                                         .angle_max = acos(-1) / 6,
-                                         .speed_max = 1};
+    const struct hnn_video_settings defaults = {.size = sizeof defaults,
+                                                .rod = hnn_rod_published(),
+                                                .trajectories = 200,
+                                                .frames = 102,
+                                                .height = 28,
+                                                .width = 28,
+                                                .angle_max = acos(-1) / 6,
+                                                .speed_max = 1};
     AD_GIVE(settings, &defaults);
 }
 
-static enum ad_status check(const struct hnn_filming *f, struct ad_error *error)
+static enum ad_status check(const struct hnn_video_settings *f, struct ad_error *error)
 {
     if (AD_LACKS(error, f) || hnn_rod_check(&f->rod, error) != AD_OK)
         return error->status;
@@ -41,24 +41,24 @@ static void round_to_bytes(size_t n, float *pixels)
         pixels[k] = rintf(255 * pixels[k]) / 255;
 }
 
-enum ad_status hnn_rod_film(const struct hnn_filming *filming, uint64_t seed, struct hnn_frames *f,
-                            struct ad_error *error)
+enum ad_status hnn_rod_video(const struct hnn_video_settings *settings, uint64_t seed,
+                             struct hnn_frames *f, struct ad_error *error)
 {
     struct phys_random random;
     if (AD_LACKS_RESULT(error, f))
         return error->status;
-    AD_OWN(hnn_filming, filming, speed_max, error);
-    if (check(filming, error) != AD_OK ||
-        hnn_frames_new(f, filming->trajectories, filming->frames, filming->height, filming->width,
-                       error) != AD_OK ||
+    AD_OWN(hnn_video_settings, settings, speed_max, error);
+    if (check(settings, error) != AD_OK ||
+        hnn_frames_new(f, settings->trajectories, settings->frames, settings->height,
+                       settings->width, error) != AD_OK ||
         hnn_frames_new_motion(f, error) != AD_OK)
         return error->status;
     f->has_rod = true;
-    f->rod = filming->rod;
+    f->rod = settings->rod;
     phys_random_seed(&random, seed);
     for (size_t i = 0, k = 0; i < f->trajectories; i++) {
-        double angle = (2 * phys_random_uniform(&random) - 1) * filming->angle_max;
-        double speed = (2 * phys_random_uniform(&random) - 1) * filming->speed_max;
+        double angle = (2 * phys_random_uniform(&random) - 1) * settings->angle_max;
+        double speed = (2 * phys_random_uniform(&random) - 1) * settings->speed_max;
         for (size_t end = k + f->frames; k < end; k++, hnn_rod_step(&f->rod, &angle, &speed)) {
             f->angle[k] = angle;
             f->speed[k] = speed;
