@@ -72,6 +72,15 @@ bool phys_run_looks_inside(const struct run *run);
 /* y and info as phys_simulate leaves them; in any case. */
 void phys_run_close(struct run *run, double *y);
 
+/* ---- settings (simulate_settings.c) ---- */
+
+enum ad_status phys_run_check(const struct phys_simulation *s, size_t n, struct ad_error *error);
+/* One of rtol and atol may be 0: a component that is zero, at rest say, would allow no error. Sizes
+   that the caller does not know come from the motion, so that units are no matter. */
+enum ad_status phys_run_sizes(struct run *run, struct phys_simulation *s,
+                              const struct phys_ode *ode, const double *y, double **sizes,
+                              struct ad_error *error);
+
 /* ---- steps ---- */
 
 /* stepper.next at stepper.t + stepper.h, the step under control. */

@@ -50,6 +50,9 @@ enum ad_status phys_motion_refuse(const struct phys_motion_settings *settings,
 enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error);
 bool phys_motion_tighten(struct solving *s, double missed, struct ad_error *error);
 
+/* Runs the reference, and measures distances from it at the samples (solve_error.c). */
+enum ad_status phys_motion_compare(struct solving *s, struct ad_error *error);
+
 /* The crossings as the integrators ask for them (crossings.c): watches and events [n_crossings]. */
 struct crossing_watch {
     struct solving *solving;

@@ -2,6 +2,7 @@
    against differences, f32 against f64; all ways of broadcasting, sizes that cross the executor's
    blocks. */
 #include "references.h"
+#include "refused.h"
 #include "support.h"
 
 #include <float.h>
@@ -289,12 +290,80 @@ static void test_names(void **state)
         assert_string_equal(ad_op_name(ops[i].op), ops[i].name);
 }
 
+/* ---- operations by number ---- */
+
+/* A24 */
+static void test_operations_by_number(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    static const int arity[] = {
+#define AD_STRUCTURE(name, arity) 0,
+#define AD_UNARY(name, value, dx, lo, hi) 1,
+#define AD_BINARY(name, value, da, db, lo, hi) 2,
+#define AD_TERNARY(name, value, da, db, dc, lo, hi) 3,
+#include "autodiff/ops.def"
+        0, 0, 0};
+    static const int beyond[] = {999, -1, AD_N_OPS};
+    for (int k = 0; k < AD_N_OPS + 3; k++)
+        for (int n = 1; n <= 3; n++) {
+            int op = k < AD_N_OPS ? k : beyond[k - AD_N_OPS];
+            ad_tape_reset(t);
+            ad_var x = ad_input(t, 3, 4, "near"), g;
+            ad_arg a = ad_arg_var(x), number = ad_arg_number(2);
+            size_t before = ad_tape_size(t);
+            ad_var y = n == 1   ? ad_unary((enum ad_op)op, x)
+                       : n == 2 ? ad_binary((enum ad_op)op, a, number)
+                                : ad_ternary((enum ad_op)op, a, number, a);
+            if (n == arity[k]) {
+                assert_tape_ok(t);
+                continue;
+            }
+            assert_int_equal(ad_tape_size(t), before);
+            assert_refused(t, AD_E_ARGUMENT, ad_op_name((enum ad_op)op), "near");
+            char expected[24];
+            snprintf(expected, sizeof expected, "expected %d", arity[k]);
+            assert_int_equal(strstr(ad_tape_error(t)->message, expected) != NULL, arity[k] > 0);
+            assert_int_equal(ad_grad(y, 1, &x, &g), AD_E_ARGUMENT);
+        }
+    ad_tape_free(t);
+}
+
+/* A24: products stand for a power that is known, and whole. */
+static void test_powers_by_products(void **state)
+{
+    (void)state;
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x = ad_input(t, 1, 4, "x");
+    const double whole[] = {2, 3, 4, 5};
+    ad_binary(AD_OP_powi, AD_ARG(x), ad_arg_number(5));
+    ad_binary(AD_OP_powi, AD_ARG(x), ad_arg_var(ad_scalar(t, -32)));
+    assert_tape_ok(t);
+    for (int k = 0; k < 5; k++) {
+        ad_tape_reset(t);
+        x = ad_input(t, 1, 4, "near");
+        ad_arg power = k == 0   ? ad_arg_var(x)
+                       : k == 1 ? ad_arg_number(2.5)
+                       : k == 2 ? ad_arg_number(33)
+                       : k == 3 ? ad_arg_var(ad_const(t, 1, 4, whole))
+                                : ad_arg_number(NAN);
+        ad_binary(AD_OP_powi, AD_ARG(x), power);
+        assert_refused(t, AD_E_ARGUMENT, "powi", "near");
+    }
+    ad_tape_free(t);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_names),       cmocka_unit_test(test_values),
-        cmocka_unit_test(test_first_order), cmocka_unit_test(test_second_order),
-        cmocka_unit_test(test_third_order), cmocka_unit_test(test_gradient_f32_is_f64),
+        cmocka_unit_test(test_names),
+        cmocka_unit_test(test_values),
+        cmocka_unit_test(test_first_order),
+        cmocka_unit_test(test_second_order),
+        cmocka_unit_test(test_third_order),
+        cmocka_unit_test(test_gradient_f32_is_f64),
+        cmocka_unit_test(test_operations_by_number),
+        cmocka_unit_test(test_powers_by_products),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
