@@ -18,26 +18,29 @@
 #define openblas_set_num_threads AD_LAZY(load, openblas_set_num_threads)
 
 #define MULTIPLY(T)                                                                                \
-    {                                                                                              \
-        const T *x = a, *y = b;                                                                    \
-        T *z = c;                                                                                  \
-        for (size_t i = 0; i < m; i++)                                                             \
-            for (size_t j = 0; j < n; j++) {                                                       \
-                T sum = add ? z[i * ldc + j] : 0;                                                  \
-                for (size_t l = 0; l < k; l++)                                                     \
-                    sum += x[i * row_a + l * col_a] * y[l * row_b + j * col_b];                    \
-                z[i * ldc + j] = sum;                                                              \
-            }                                                                                      \
+    for (size_t i = 0; i < m; i++) {                                                               \
+        T *z = (T *)c + i * ldc;                                                                   \
+        for (size_t j = 0; j < n && !add; j++)                                                     \
+            z[j] = 0;                                                                              \
+        for (size_t l = 0; l < k; l++) {                                                           \
+            const T x = ((const T *)a)[i * row_a + l * col_a], *y = (const T *)b + l * row_b;      \
+            if (transpose_b)                                                                       \
+                for (size_t j = 0; j < n; j++)                                                     \
+                    z[j] += x * y[j * ldb];                                                        \
+            else                                                                                   \
+                _Pragma("omp simd") for (size_t j = 0; j < n; j++) z[j] += x * y[j];               \
+        }                                                                                          \
     }
 
 void ad_blas_gemm(enum ad_type type, bool transpose_a, bool transpose_b, size_t m, size_t n,
                   size_t k, const void *a, size_t lda, const void *b, size_t ldb, bool add, void *c,
                   size_t ldc)
 {
-    /* A call of OpenBLAS takes as long as this many multiplications. */
-    if ((double)m * (double)n * (double)k <= 256) {
+    /* A call of OpenBLAS takes as long as 256 multiplications; a product with a row of few numbers
+       is bound by memory, and not worth loading it. */
+    if ((double)m * (double)n * (double)k <= 256 || (m == 1 && k <= 8 && !transpose_b)) {
         size_t row_a = transpose_a ? 1 : lda, col_a = transpose_a ? lda : 1;
-        size_t row_b = transpose_b ? 1 : ldb, col_b = transpose_b ? ldb : 1;
+        size_t row_b = transpose_b ? 1 : ldb;
         if (type == AD_F32)
             MULTIPLY(float)
         else

@@ -1,7 +1,8 @@
-/* Deep and large tapes. */
+/* Deep and large tapes, wide products. */
 #include "support.h"
 
 #include <malloc.h>
+#include <stdlib.h>
 
 /* Heap in use, large mapped blocks included. */
 static size_t heap_bytes(void)
@@ -77,11 +78,46 @@ static void test_a_million_nodes(void **state)
     ad_tape_free(t);
 }
 
+/* Rows of few and of more numbers times wide matrices, given either way, alone and added. */
+static void test_rows_times_wide_matrices(void **state)
+{
+    (void)state;
+    enum { COLS = 301, MOST = 9 };
+    uint64_t seed = 5;
+    double *row = random_values(&seed, MOST, -1, 1);
+    double *wide = random_values(&seed, MOST * COLS, -1, 1), got[COLS];
+    for (int type = AD_F32; type <= AD_F64; type++)
+        for (size_t k = 1; k <= MOST; k++)
+            for (int way = 0; way < 4; way++) {
+                const bool ta = way & 1, tb = way & 2;
+                ad_tape *t = ad_tape_new((enum ad_type)type);
+                ad_var a = ad_input(t, ta ? k : 1, ta ? 1 : k, NULL);
+                ad_var b = ad_input(t, tb ? COLS : k, tb ? k : COLS, NULL);
+                ad_var c = ad_matmul(a, ta, b, tb), y = ad_add(c, ad_matmul(a, ta, b, tb));
+                ad_program *p = compile(t, 1, &y);
+                ad_set(p, a, row);
+                ad_set(p, b, wide);
+                ad_run(p);
+                ad_get(p, y, got);
+                for (size_t j = 0; j < COLS; j++) {
+                    double sum = 0;
+                    for (size_t l = 0; l < k; l++)
+                        sum += 2 * row[l] * wide[tb ? j * k + l : l * COLS + j];
+                    assert_close(got[j], sum, 0, type == AD_F32 ? 1e-5 : 1e-14);
+                }
+                ad_program_free(p);
+                ad_tape_free(t);
+            }
+    free(row);
+    free(wide);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_deep_chain),
         cmocka_unit_test(test_a_million_nodes),
+        cmocka_unit_test(test_rows_times_wide_matrices),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
