@@ -74,6 +74,8 @@ APP_OBJ := $(filter-out $(BUILD)/apps/main.o,$(APP_SRC:%.c=$(BUILD)/%.o)) \
 TEST_DIRS ?= $(wildcard tests/*)
 TEST_SRC := $(wildcard $(foreach d,$(TEST_DIRS),$d/test_*.c $d/*/test_*.c))
 TESTS    := $(TEST_SRC:%.c=$(BUILD)/%)
+LONG     := $(addprefix $(BUILD)/tests/autodiff/,native/test_native_fuzz native/test_native_structures \
+              native/test_native_loops programs/test_random_programs)
 FUZZERS  := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
 HELP_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(filter-out $(wildcard tests/*/test_*.c tests/*/*/test_*.c tests/fuzz/*.c \
               tests/apps/scenes/*.c tests/abi/*.c),$(wildcard tests/*.c tests/*/*.c tests/*/*/*.c)))
@@ -101,7 +103,7 @@ A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
 
-.PHONY: all build-tests objects test check demo deb abi abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan test-page run-threaded recipes fuzz run-fuzzers $(FUZZERS:%=%.run) install uninstall clean help FORCE
+.PHONY: all build-tests objects test test-long check demo deb abi abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan test-page run-threaded recipes fuzz run-fuzzers $(FUZZERS:%=%.run) install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -111,7 +113,8 @@ help:
 	@echo 'make [TARGET] [BUILD=build] [CC=gcc] [CFLAGS=...] [PREFIX=/usr/local] [DESTDIR=] [V=1]'
 	@echo
 	@echo '  all        library (.a, .so) and the command ./leastaction'
-	@echo '  test       install missing packages, build, run all tests'
+	@echo '  test       install missing packages, build, run all tests but those of test-long'
+	@echo '  test-long  the tests that take many random programs, or each operation on every back end'
 	@echo '  check      build and run all tests; TEST_DIRS=tests/autodiff: those of a folder'
 	@echo '  demo       install, build, one result of each front end, pictures in demo/'
 	@echo '  charts     speed against accuracy, in charts/ (QUICK=1: a smaller range; HORIZONS=DIR: tables)'
@@ -267,7 +270,10 @@ objects: $(LIB_OBJ) $(APP_OBJ) $(BUILD)/apps/main.o $(TESTS:%=%.o) $(HELP_OBJ) $
 test:
 	@scripts/install-deps
 	@scripts/install-deps --optional python3-h5py locales
-	@$(MAKE) --no-print-directory check
+	@$(MAKE) --no-print-directory check TESTS='$(filter-out $(LONG),$(TESTS))'
+
+test-long:
+	@$(MAKE) --no-print-directory check TESTS='$(LONG)'
 
 # Machine code of tests, also for the builds in folders of this one.
 export TEST_CACHE ?= $(abspath $(BUILD))/cache

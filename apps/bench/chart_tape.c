@@ -8,8 +8,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double least_seconds = 0.05; /* a measurement is repeated for so long */
 static const double step = 1e-5, tolerance = 1e-6;
+
+/* How often a measurement is repeated. */
+static const struct effort {
+    double most, rounds, seconds; /* operations; recordings, and for how long each is run */
+} thorough = {1e7, 5, 0.05}, quick = {1e4, 1, 0.005};
 
 #define NS .shown = 1, .fixed = true
 static const struct column columns[] = {
@@ -160,14 +164,14 @@ static double error_of(ad_program *p, const struct recorded *r, const double *gr
     return fabs(along - slope) / fmax(1, fabs(slope));
 }
 
-static enum ad_status measure_gradient(struct recorded *r, double *gradient[], struct measured *m,
-                                       struct ad_error *error)
+static enum ad_status measure_gradient(struct recorded *r, double *gradient[], double seconds,
+                                       struct measured *m, struct ad_error *error)
 {
     double y, began = processor_seconds();
     if (ad_gradient(r->n, r->x, r->at, r->y, &y, gradient, error) != AD_OK)
         return error->status;
     keep_least(m, FIRST, began, 1);
-    for (double first = processor_seconds(); began < first + least_seconds;) {
+    for (double first = processor_seconds(); began < first + seconds;) {
         began = processor_seconds();
         for (size_t k = 0; k < batch(r); k++)
             ad_gradient(r->n, r->x, r->at, r->y, &y, gradient, error);
@@ -176,8 +180,8 @@ static enum ad_status measure_gradient(struct recorded *r, double *gradient[], s
     return error->status;
 }
 
-static enum ad_status measure_program(struct recorded *r, double *gradient, struct measured *m,
-                                      struct ad_error *error)
+static enum ad_status measure_program(struct recorded *r, double *gradient, double seconds,
+                                      struct measured *m, struct ad_error *error)
 {
     ad_program *p;
     double began = processor_seconds();
@@ -185,7 +189,7 @@ static enum ad_status measure_program(struct recorded *r, double *gradient, stru
         return *error = *ad_tape_error(r->tape), error->status;
     keep_least(m, COMPILE, began, 1);
     m->error = error_of(p, r, gradient);
-    for (double first = processor_seconds(); began < first + least_seconds;) {
+    for (double first = processor_seconds(); began < first + seconds;) {
         began = processor_seconds();
         for (size_t k = 0; k < batch(r); k++)
             ad_run(p);
@@ -195,8 +199,8 @@ static enum ad_status measure_program(struct recorded *r, double *gradient, stru
     return AD_OK;
 }
 
-static enum ad_status measure_round(const struct scalars *s, size_t side, struct measured *m,
-                                    struct ad_error *error)
+static enum ad_status measure_round(const struct scalars *s, size_t side, double seconds,
+                                    struct measured *m, struct ad_error *error)
 {
     struct recorded r = {0};
     double began = processor_seconds();
@@ -210,23 +214,24 @@ static enum ad_status measure_round(const struct scalars *s, size_t side, struct
         if (!into)
             ad_fail(error, AD_E_MEMORY, "out of memory for %zu numbers", r.n);
     }
-    if (error->status == AD_OK && measure_gradient(&r, into, m, error) == AD_OK) {
+    if (error->status == AD_OK && measure_gradient(&r, into, seconds, m, error) == AD_OK) {
         m->operations = r.operations;
         m->bytes = (double)ad_tape_bytes(r.tape);
-        measure_program(&r, gradient, m, error);
+        measure_program(&r, gradient, seconds, m, error);
     }
     free(into);
     release(&r);
     return error->status;
 }
 
-static enum ad_status measure(const struct scalars *s, double wanted, double rounds,
+static enum ad_status measure(const struct scalars *s, double wanted, const struct effort *effort,
                               struct sheet *sheet, struct ad_error *error)
 {
     size_t side = (size_t)lround(cbrt(wanted / s->share));
     struct measured m = {.seconds = {INFINITY, INFINITY, INFINITY, INFINITY, INFINITY}};
-    for (double round = 0; round < fmin(rounds, 1e6 / wanted) && error->status == AD_OK; round++)
-        measure_round(s, side, &m, error);
+    for (double round = 0; round < fmin(effort->rounds, 1e6 / wanted) && error->status == AD_OK;
+         round++)
+        measure_round(s, side, effort->seconds, &m, error);
     double n = (double)m.operations, ns = 1e9 / n;
     return sheet_row(sheet,
                      ROW(NAME(s->name), NUMBER(n), NUMBER(ns * m.seconds[RECORD]),
@@ -269,10 +274,10 @@ enum ad_status chart_tape(struct chart *chart, struct ad_error *error)
 {
     struct sheet *sheet = chart_sheet(chart, "tape", columns, error);
     struct plot *plot = chart_picture(chart, "tape", error);
-    double most = chart->quick ? 1e4 : 1e7;
+    const struct effort *effort = chart->quick ? &quick : &thorough;
     for (size_t s = 0; s < N_PROGRAMS; s++)
-        for (double n = 1e3; n < 1.1 * most && error->status == AD_OK; n *= 10)
-            measure(&programs[s], n, chart->quick ? 2 : 5, sheet, error);
+        for (double n = 1e3; n < 1.1 * effort->most && error->status == AD_OK; n *= 10)
+            measure(&programs[s], n, effort, sheet, error);
     for (size_t r = 0; r < sheet->rows && error->status == AD_OK; r++)
         if (!(sheet_number(sheet, r, "error") <= tolerance))
             chart->missed = "a gradient differs from the difference of two values";
