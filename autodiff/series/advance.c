@@ -146,6 +146,9 @@ static void evaluate(ad_series *series)
             *y = c[(a != 0 ? it->da : it->db) * stride];
         else if (it->kind != JET_NUMBER && it->kind != JET_INPUT)
             *y = value_of(it, a, b);
+        if (ad_jet_cuts(it, series->n_cut))
+            *y += it->kind == JET_SHIFT ? series->cut[it->a]
+                                        : series->cut[it->a] + it->number * series->cut[it->b];
     }
 }
 

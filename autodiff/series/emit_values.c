@@ -6,6 +6,7 @@ static void evaluate(const struct emit *e, uint32_t id)
 {
     const struct jet *it = &e->s->jets[id];
     const uint32_t a = it->a, b = it->b;
+    const size_t n = e->s->n_flow, cuts = ad_jet_cuts(it, n);
     fprintf(e->out, "const real y%u = ", id);
     switch (it->kind) {
     case JET_COMBINE:
@@ -56,6 +57,10 @@ static void evaluate(const struct emit *e, uint32_t id)
                                       : "call(%zu, y%u, y%u, zero, zero)",
                     id * sizeof *it, a, b);
     }
+    if (cuts == 1)
+        fprintf(e->out, " + c[%zu]", n + a);
+    if (cuts == 2)
+        fprintf(e->out, " + (c[%zu] %c c[%zu])", n + a, it->number == 1 ? '+' : '-', n + b);
     fputs(";\n", e->out);
 }
 

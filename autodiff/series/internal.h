@@ -54,8 +54,10 @@ struct ad_series {
     uint32_t *output;    /* the jets of all elements of y, those of y[k] from first_output[k] on */
     size_t *first_output, n_output;
     size_t branches;
-    const struct jet *kink;   /* the first of them */
-    size_t n_input, n_flow;   /* elements of x; n of ad_series_flow, once called */
+    const struct jet *kink; /* the first of them */
+    size_t n_input, n_flow; /* elements of x; n of ad_series_flow, once called */
+    const double *cut;      /* [n_cut] of the point that ad_series_interpret is at, else NULL */
+    size_t n_cut;
     struct series_code *code; /* NULL: interpreted */
     double spent;             /* seconds of the interpreter in ad_series_flow */
     double next_try;          /* compile when so much is spent; INFINITY: never */
@@ -86,6 +88,16 @@ char *ad_series_source(const ad_series *series, size_t lanes, bool many, size_t 
    reason in note. */
 void *ad_series_load(const ad_series *s, bool many, bool build, size_t *packs,
                      ad_segment_code *functions[], struct ad_error *note);
+/* How many of a jet's operands are of the flow and carry what rounding cut off them into the value:
+   of sums and differences of two, where most of it cancels, and of one and a number. */
+static inline size_t ad_jet_cuts(const struct jet *it, size_t n)
+{
+    if (it->kind == JET_COMBINE && (it->number == 1 || it->number == -1))
+        return it->a < n && it->b < n ? 2 : 0;
+    return it->kind == JET_SHIFT && it->a < n;
+}
+/* What rounding may have cut off x: for comparisons of machine code. */
+static inline double ad_series_example_cut(double x) { return x * 0x1p-54; }
 /* ad_series_flow by the interpreter. */
 void ad_series_interpret(ad_series *s, size_t n, size_t order, double *c);
 /* ad_points_sum and ad_points_finite. */

@@ -108,7 +108,7 @@ static bool agrees_at(const ad_points *points, ad_series *s, size_t p, const dou
     for (size_t i = 0; i < s->n_input; i++)
         s->coefficients[i * s->stride] = i < n ? got[i * P + p] : points->values[i * P + p];
     for (size_t i = 0; i < n; i++)
-        c[i] = got[i * P + p];
+        c[n + i] = ad_series_example_cut(c[i] = got[i * P + p]);
     ad_series_interpret(s, n, order, c);
     for (size_t k = n; k < (order + 1) * n; k++)
         agrees = agrees && same(c[k], got[k * P + p]);
@@ -136,6 +136,8 @@ static bool agrees(ad_points *points, ad_series *s)
     for (size_t i = 0; agrees && i < s->n_input; i++)
         for (size_t p = 0; p < P; p++)
             (i < n ? got : points->values)[i * P + p] = beside(s->coefficients[i * s->stride], p);
+    for (size_t k = 0; agrees && k < n * P; k++)
+        got[n * P + k] = ad_series_example_cut(got[k]);
     for (size_t p = 0; p < P; p++) {
         orders[p] = (double)s->order;
         h[p] = 0.5;

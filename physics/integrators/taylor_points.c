@@ -120,6 +120,8 @@ static void expand_ends(struct phys_taylor_points *points, struct ad_error *erro
             continue;
         for (size_t i = 0; i < s->n; i++)
             points->end[i * P + p] = s->next[i];
+        for (size_t i = 0; i < s->n; i++)
+            points->end[(s->n + i) * P + p] = s->next_cut[i];
         phys_motion_points_begin(points->code, p, phys_ode_motion_series(s->ode), s->end);
         s->evaluations += memory_of(s)->usual;
     }

@@ -47,8 +47,9 @@ bool phys_motion_is_singular(const phys_motion *motion); /* the mass matrix used
 
 /* Taylor coefficients of the motion (motion_series.c), which must outlive this: c [order + 1][n] of
    (q, v), of `columns` variations (dq, dv) of them, and of one by each of the motion's parameters,
-   about t, the first row given, up to `order`, which is at most that of _new. What has no series,
-   or kinks, is refused: AD_E_ARGUMENT; AD_E_NONFINITE as for accelerations. */
+   about t, the first row given, and in the second what rounding cut off it, or zeros, up to
+   `order`, which is at most that of _new. What has no series, or kinks, is refused: AD_E_ARGUMENT;
+   AD_E_NONFINITE as for accelerations. */
 struct phys_motion_series;
 enum ad_status phys_motion_series_new(phys_motion *motion, size_t order, size_t columns,
                                       struct phys_motion_series **series, struct ad_error *error);

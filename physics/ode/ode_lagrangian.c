@@ -32,6 +32,7 @@ static bool is_thin(struct context *c, struct ad_error *error)
 static enum ad_status thin_rates(struct context *c, double t, double *a, struct ad_error *error)
 {
     const size_t dof = c->system->dof;
+    memset(c->rows + 2 * dof, 0, 2 * dof * sizeof *c->rows);
     if (phys_motion_series(c->series, 1, t, c->rows, error) == AD_OK)
         memcpy(a, c->rows + 3 * dof, dof * sizeof *a);
     return error->status;

@@ -26,6 +26,7 @@ static enum ad_status field(void *context, double t, const double *y, double *ra
 {
     const struct context *x = context;
     memcpy(x->rows, y, x->n * sizeof *y);
+    memset(x->rows + x->n, 0, x->n * sizeof *y);
     if (phys_motion_series(x->series, 1, t, x->rows, error) == AD_OK)
         memcpy(rate, x->rows + x->n, x->n * sizeof *rate);
     return error->status;

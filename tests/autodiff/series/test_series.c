@@ -203,6 +203,8 @@ static void compare_flows(size_t n_x, const ad_var x[], const ad_var rates[], co
     memcpy(interpreted[0], start, n * sizeof *start);
     double *c = malloc((LONG + 1) * n * sizeof *c);
     memcpy(c, start, n * sizeof *start);
+    for (size_t i = 0; i < n; i++)
+        c[n + i] = start[i] * 0x1p-50;
     ad_series_flow(series, n, LONG, c);
     for (size_t k = 0; k <= LONG; k++)
         memcpy(interpreted[k], c + k * n, n * sizeof *c);
@@ -210,6 +212,8 @@ static void compare_flows(size_t n_x, const ad_var x[], const ad_var rates[], co
         print_message("[skipped: %s]\n", note.message);
     } else {
         memset(c + n, 0, LONG * n * sizeof *c);
+        for (size_t i = 0; i < n; i++)
+            c[n + i] = start[i] * 0x1p-50;
         ad_series_flow(series, n, LONG, c);
         for (size_t k = 0; k <= LONG; k++) {
             memcpy(native[k], c + k * n, n * sizeof *c);
