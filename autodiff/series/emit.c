@@ -78,6 +78,14 @@ static void declare(const struct emit *e, size_t n)
           " real *restrict c, size_t order)\n{\n",
           e->out);
     ad_emit_values(e);
+    for (uint32_t i = 0; i < s->n_input; i++) {
+        fprintf(e->out, "real n%u = ", i);
+        ad_emit_value(e, s->output[i]);
+        fputs(";\n", e->out);
+    }
+    for (uint32_t i = 0; i < n; i++)
+        fprintf(e->out, "c[%zu] = n%u;\n", n + i, i);
+    fputs("if (order == 1)\nreturn;\n", e->out); /* a force costs little more than its values */
     for (uint32_t k = 0; k < e->l.n_packs; k++) {
         const struct pack *p = &e->l.packs[k];
         fprintf(e->out, "#define a%u(row) (*(v%u *)((row) + %zu))\na%u(packs) = ", k, p->width,
@@ -99,13 +107,6 @@ static void declare(const struct emit *e, size_t n)
             fputs(";\n", e->out);
         }
     }
-    for (uint32_t i = 0; i < s->n_input; i++) {
-        fprintf(e->out, "real n%u = ", i);
-        ad_emit_value(e, s->output[i]);
-        fputs(";\n", e->out);
-    }
-    for (uint32_t i = 0; i < n; i++)
-        fprintf(e->out, "c[%zu] = n%u;\n", n + i, i);
 }
 
 /* ---- all ---- */
