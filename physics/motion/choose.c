@@ -13,8 +13,9 @@ enum {
     SAMPLES = 2000, /* adaptive runs are interpolated */
     ROUNDS = 12,
     MOST_STEPS = 1000000,
-    MOST_IDLE = 2, /* rounds in a row that come no nearer */
-    MOST_LOST = 4  /* that do not get through */
+    BUDGET = 20000, /* steps, rejected ones too, after which forces may be rounding */
+    MOST_IDLE = 2,  /* rounds in a row that come no nearer */
+    MOST_LOST = 4   /* that do not get through */
 };
 
 static const double caution = 2;        /* the finer run errs too, if less */
@@ -23,6 +24,9 @@ static const double least_gain = 0.7;   /* of the estimate before, or rounding h
 static const double least_tol = 1e-16;  /* of a step */
 static const double finer_tol = 0.3162; /* of a run, for the one it is judged by */
 static const double near = 1e-3;        /* sizes of the motion: a longer run is worth it */
+/* Of the tolerance, to which steps of order 2 are in proportion: those of the methods are of high
+   order, but where forces are rounding in proportion to the tolerance itself. */
+static const double growth = 0.5;
 
 /* First the series, of what has one and is small; then the method for high accuracy; where its
    rounding stops it, one whose steps are few. */
@@ -34,7 +38,10 @@ struct candidate {
     struct solving *solving;
     struct phys_motion_trial *trial;
     struct phys_ode ode;
-    double size; /* of the coordinates */
+    double size;    /* of the coordinates */
+    double setting; /* of the finest run that got through, */
+    size_t steps;   /* and its steps, rejected ones too */
+    bool rounding;  /* the forces are, at a finer one */
 };
 
 /* One run of it. */
@@ -73,35 +80,82 @@ static double predict(const struct solving *s, const struct phys_integrator *int
     return stretch / ceil(steps * fmin(fmax(times, 1.1), 64));
 }
 
-/* One run, incomplete if the motion was lost. Other failures are errors. */
-static enum ad_status attempt(struct candidate *c, double setting, struct run *run,
-                              struct ad_error *error)
+/* One run of at most `most` steps, incomplete if the motion was lost. Other failures are errors. */
+static enum ad_status attempt_within(struct candidate *c, double setting, size_t most,
+                                     struct run *run, struct phys_simulation_info *info,
+                                     struct ad_error *error)
 {
     struct solving *s = c->solving;
     const struct phys_integrator *integrator = c->trial->integrator;
     size_t dof = s->solution->system->dof, points = points_of(integrator);
     const double *start = s->solution->start;
     struct phys_simulation how = phys_simulation_of(integrator, setting, s->settings->time);
-    struct phys_simulation_info info = {0};
     struct ad_error lost = {0};
     double *y = malloc(2 * dof * sizeof *y);
+    *info = (struct phys_simulation_info){0};
+    free(run->path);
     run->path = malloc(dof * (points + 1) * sizeof *run->path);
     how.n_samples = points;
-    how.max_steps = MOST_STEPS;
+    how.max_steps = most;
     how.proceed = solving_proceed;
     how.context = s;
     if (!y || !run->path)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else if (phys_ode_enter(&c->ode, 0, start, start + dof, y, error) == AD_OK)
-        phys_trajectory(&how, &c->ode, y, dof, points + 1, run->path, &info, &lost);
+        phys_trajectory(&how, &c->ode, y, dof, points + 1, run->path, info, &lost);
     free(y);
-    run->evaluations = info.evaluations;
-    c->trial->searched += info.evaluations;
-    run->complete = lost.status == AD_OK && info.samples == points + 1;
+    run->evaluations = info->evaluations;
+    c->trial->searched += info->evaluations;
+    run->complete = lost.status == AD_OK && info->samples == points + 1;
     if (s->interrupted)
         ad_fail(error, AD_E_ACCURACY, "interrupted while a method was looked for");
     else if (lost.status != AD_OK && lost.status != AD_E_NONFINITE && lost.status != AD_E_ACCURACY)
         ad_fail(error, lost.status, "%s", lost.message);
+    return error->status;
+}
+
+/* Steps of a run, rejected ones too. */
+static size_t tried(const struct phys_simulation_info *info)
+{
+    return info->steps + info->rejected;
+}
+
+/* Whether steps grow with the tolerance as rounding of the forces makes them, over two decades: a
+   force that only the finer tolerance sees shortens them once. */
+static bool is_rounding(struct candidate *c, double setting,
+                        const struct phys_simulation_info *info, struct ad_error *error)
+{
+    double step = info->t / (double)tried(info);
+    bool grows = true;
+    for (int k = 0; grows && k < 2; k++) {
+        struct phys_simulation_info looser;
+        struct run run = {0};
+        setting *= 10;
+        attempt_within(c, setting, BUDGET, &run, &looser, error);
+        free(run.path);
+        grows = looser.t > pow(10, growth) * step * (double)tried(&looser);
+        step = looser.t / (double)tried(&looser);
+    }
+    return grows;
+}
+
+/* One run, which ends early where the forces are rounding. */
+static enum ad_status attempt(struct candidate *c, double setting, struct run *run,
+                              struct ad_error *error)
+{
+    const bool adaptive = c->trial->integrator->adaptive;
+    const double grown = c->steps ? (double)c->steps * pow(c->setting / setting, growth) : 0;
+    const size_t most = adaptive ? (size_t)fmin(BUDGET + grown, MOST_STEPS) : MOST_STEPS;
+    struct phys_simulation_info info;
+    if (attempt_within(c, setting, most, run, &info, error) != AD_OK)
+        return error->status;
+    c->rounding = adaptive && tried(&info) >= most && is_rounding(c, setting, &info, error);
+    if (error->status == AD_OK && !c->rounding && info.steps == most && most < MOST_STEPS)
+        attempt_within(c, setting, MOST_STEPS, run, &info, error);
+    if (run->complete) {
+        c->steps = tried(&info);
+        c->setting = setting;
+    }
     return error->status;
 }
 
@@ -147,7 +201,7 @@ static enum ad_status refine(struct candidate *c, double setting, struct ad_erro
     c->trial->estimate = (double)NAN;
     for (size_t round = 0; again && round < ROUNDS && possible(s, method, setting); round++) {
         double estimate = (double)NAN;
-        if (!coarse.path && attempt(c, setting, &coarse, error) != AD_OK)
+        if (!coarse.path && (attempt(c, setting, &coarse, error) != AD_OK || c->rounding))
             break;
         if (attempt(c, finer(method, setting), &fine, error) != AD_OK)
             break;
@@ -155,7 +209,8 @@ static enum ad_status refine(struct candidate *c, double setting, struct ad_erro
             estimate = caution * distance(dof, points, coarse.path, fine.path);
         lost = fine.complete ? 0 : lost + 1;
         idle = judge(c->trial, setting, &coarse, estimate) ? 0 : idle + 1;
-        again = idle < MOST_IDLE && lost < MOST_LOST && !(estimate <= s->settings->error);
+        again = idle < MOST_IDLE && lost < MOST_LOST && !c->rounding &&
+                !(estimate <= s->settings->error);
         double next = predict(s, method, setting, estimate);
         forget(&coarse);
         if (next >= finer(method, setting)) { /* it has been run */
@@ -183,6 +238,8 @@ static enum ad_status try_candidate(struct candidate *c, struct ad_error *error)
     double *y = malloc(2 * n * sizeof *y);
     if (!y)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
+    c->steps = 0;
+    c->rounding = false;
     if (phys_ode_for(m->system, method, &c->ode, error) == AD_OK &&
         phys_ode_enter(&c->ode, 0, m->start, m->start + n / 2, y, error) == AD_OK &&
         phys_typical_sizes(&c->ode, 0, y, y + n, error) == AD_OK) {
@@ -216,23 +273,29 @@ static bool has_series(const struct solving *s, struct ad_error *error)
     return has;
 }
 
-static enum ad_status out_of_reach(const struct solving *s, struct ad_error *error)
+static enum ad_status out_of_reach(const struct solving *s, bool rounding, struct ad_error *error)
 {
+    const char *const cause = rounding ? "by rounding of forces whose terms cancel: write L without"
+                                         " large terms that cancel, or allow a larger one"
+                                       : "by rounding, chaos or work; allow a larger one or take"
+                                         " a shorter time";
     const struct phys_motion_trial *nearest = NULL;
     for (size_t k = 0; k < s->solution->n_trials; k++) {
         const struct phys_motion_trial *trial = &s->solution->trial[k];
         if (!isnan(trial->estimate) && (!nearest || trial->estimate < nearest->estimate))
             nearest = trial;
     }
+    if (!nearest && rounding)
+        return ad_fail(error, AD_E_ACCURACY, "an error of %g is out of reach, limited %s",
+                       s->settings->error, cause);
     if (!nearest)
         return ad_fail(error, AD_E_ACCURACY,
                        "an error of %g: no method gets beyond t = %g in %d steps: a collision, a "
                        "motion that ends before, or too long a time; try a shorter one",
                        s->settings->error, s->settings->time, MOST_STEPS);
     return ad_fail(error, AD_E_ACCURACY,
-                   "an error of %g is out of reach: %s reaches %.2g, limited by rounding, chaos or "
-                   "work; allow a larger one or take a shorter time",
-                   s->settings->error, nearest->integrator->name, nearest->estimate);
+                   "an error of %g is out of reach: %s reaches %.2g, limited %s",
+                   s->settings->error, nearest->integrator->name, nearest->estimate, cause);
 }
 
 enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error)
@@ -241,6 +304,7 @@ enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error)
     struct candidate c = {.solving = s};
     const struct phys_integrator *given = m->integrator;
     struct phys_motion_trial *chosen = NULL;
+    bool rounding = false;
     const size_t first = given || (!s->blind && has_series(s, error)) ? 0 : 1;
     for (size_t k = first; k < PHYS_MOTION_TRIALS && !chosen; k++) {
         const struct phys_motion_trial *last = k == first ? NULL : &m->trial[m->n_trials - 1];
@@ -253,11 +317,12 @@ enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error)
         c.trial->integrator = given ? given : phys_integrator_find(candidates[k], error);
         if (try_candidate(&c, error) != AD_OK)
             return error->status;
+        rounding |= c.rounding;
         if (c.trial->estimate <= s->settings->error)
             chosen = c.trial;
     }
     if (!chosen)
-        return out_of_reach(s, error);
+        return out_of_reach(s, rounding, error);
     chosen->chosen = true;
     chosen->searched -= chosen->evaluations; /* the answer itself */
     m->integrator = chosen->integrator;
