@@ -26,7 +26,7 @@ struct part {
     struct hnn_table *table;
     enum hnn_role role;
     size_t n;
-    double *x, *target, *steps; /* steps: of rollouts */
+    double *x, *target, *steps; /* steps: of rollouts, or forward differences */
 };
 
 static size_t count(const struct hnn_table *table, enum hnn_role role)
@@ -69,14 +69,19 @@ static void gather_target(const struct hnn_dataset_settings *s, const struct par
         gather(part, state, k, target + (k - 1) * plan->components * part->n);
 }
 
-/* The K time steps of every sample of a rollout. */
+/* Time steps from each sample on: of a rollout, or the one of a forward difference. */
+static size_t steps_of(const struct hnn_dataset_settings *s, const struct hnn_table *table)
+{
+    return s->rollout ? s->rollout : !table->plan.rate && s->differences != HNN_CENTRAL;
+}
+
 static void gather_steps(const struct hnn_dataset_settings *s, const struct part *part)
 {
     const struct hnn_table *table = part->table;
     size_t column = table->plan.time;
     const double *t = column != HNN_NO_COLUMN ? hnn_table_column(table, column) : NULL;
     double *to = part->steps;
-    for (size_t k = 0; k < s->rollout; k++)
+    for (size_t k = 0; k < steps_of(s, table); k++)
         for (size_t i = 0; i < table->rows; i++)
             if (table->role[i] == part->role)
                 *to++ = t ? t[i + k + 1] - t[i + k] : s->dt;
@@ -105,11 +110,11 @@ static struct hnn_samples samples_of(const struct part *part)
 
 /* Slices one allocation: x and target of the training, then of the test. */
 static enum ad_status allocate(struct hnn_dataset *dataset, struct part part[2], size_t rollout,
-                               struct ad_error *error)
+                               size_t steps, struct ad_error *error)
 {
     size_t components = 2 * dataset->dof, rows = part[0].n + part[1].n;
     size_t numbers = rollout < SIZE_MAX / (components + 1) - 2
-                         ? components * (1 + (rollout ? rollout : 1)) + rollout
+                         ? components * (1 + (rollout ? rollout : 1)) + steps
                          : SIZE_MAX;
     if (numbers <= SIZE_MAX / sizeof(double) / rows)
         dataset->values = malloc(numbers * rows * sizeof(double));
@@ -120,7 +125,7 @@ static enum ad_status allocate(struct hnn_dataset *dataset, struct part part[2],
         part[k].x = at;
         part[k].target = at + components * part[k].n;
         at += numbers * part[k].n;
-        part[k].steps = rollout ? at - rollout * part[k].n : NULL;
+        part[k].steps = steps ? at - steps * part[k].n : NULL;
     }
     dataset->train = samples_of(&part[0]);
     dataset->test = samples_of(&part[1]);
@@ -150,14 +155,14 @@ enum ad_status hnn_samples_make(const struct hnn_dataset_settings *s, struct hnn
     if (part[0].n == 0 || (part[1].n == 0 && (test != table || s->test_fraction > 0)))
         return ad_fail(error, AD_E_INPUT, "%s: no sample is left %s: expected longer trajectories",
                        table->file, part[0].n ? "for the test" : "to train on");
-    if (allocate(dataset, part, s->rollout, error) != AD_OK)
+    if (allocate(dataset, part, s->rollout, steps_of(s, table), error) != AD_OK)
         return error->status;
     for (size_t c = 0; c < 2 * dataset->dof; c++) {
         gather_component(s, part, test == table ? 2 : 1, c);
         if (test != table)
             gather_component(s, part + 1, 1, c);
     }
-    for (size_t k = 0; k < 2 && s->rollout; k++)
+    for (size_t k = 0; k < 2; k++)
         gather_steps(s, &part[k]);
     for (size_t k = 0; k < 2 && !table->plan.rate && s->rollout == 0; k++)
         check_slopes(&part[k], error);

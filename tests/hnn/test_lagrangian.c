@@ -136,35 +136,51 @@ static void test_singular_mass(void **state)
     hnn_model_free(model);
 }
 
-/* Columns v = m dq/dt for m = 1, with noise in either, and for others. */
+/* Columns v = m dq/dt + a q + c for m = 1, a = c = 0, with noise in either, and for others. */
 static void test_momenta(void **state)
 {
     (void)state;
     enum { N = 400 };
+    enum kind { RATES, DIFFERENCES, ROLLOUT };
     static const struct {
-        double mass, noise_v, noise_rate;
-        bool rollout, refused;
-    } row[] = {{1, 0, 0, false, false},    {1, 0.4, 0, false, false}, {1, 0, 0.4, false, false},
-               {2, 0, 0, false, true},     {0.5, 0, 0, false, true},  {-1, 0, 0, false, true},
-               {1.3, 0.1, 0, false, true}, {1, 0, 0, true, false},    {2, 0, 0, true, true}};
+        double mass, noise_v, noise_rate, share_q, constant;
+        enum kind kind;
+        bool refused;
+    } row[] = {
+        {1, 0, 0, 0, 0, RATES, false},       {1, 0.4, 0, 0, 0, RATES, false},
+        {1, 0, 0.4, 0, 0, RATES, false},     {2, 0, 0, 0, 0, RATES, true},
+        {0.5, 0, 0, 0, 0, RATES, true},      {-1, 0, 0, 0, 0, RATES, true},
+        {1.3, 0.1, 0, 0, 0, RATES, true},    {1, 0, 0, 0, 0, ROLLOUT, false},
+        {2, 0, 0, 0, 0, ROLLOUT, true},      {1, 0, 0, 0.3, 0, RATES, true},
+        {1, 0.1, 0, 0.3, 0, RATES, true},    {1, 0, 0, -0.3, 0, ROLLOUT, true},
+        {1, 0, 0.1, 0, 0.2, RATES, true},    {1, 0, 0, 0.01, 0.01, RATES, false},
+        {1, 0, 0, 0, 0, DIFFERENCES, false}, {1, 0, 0, 0.3, 0, DIFFERENCES, true},
+    };
     for (size_t k = 0; k < sizeof row / sizeof *row; k++) {
         double *x = small_values(5, 2, N), *target = malloc(2 * N * sizeof *target);
-        double *noise = small_values(6, 1, N);
-        const double dt = 0.1, m = row[k].mass;
+        double *noise = small_values(6, 1, N), steps[N];
+        const double dt = 0.3, m = row[k].mass, a = row[k].share_q, c = row[k].constant;
         for (size_t i = 0; i < N; i++) {
             double q = x[i], v = x[N + i];
-            target[i] =
-                row[k].rollout ? q * cos(dt) + v * sin(dt) : v + row[k].noise_rate * noise[i];
-            target[N + i] = row[k].rollout ? m * (v * cos(dt) - q * sin(dt)) : -m * q;
-            x[N + i] = m * v + row[k].noise_v * noise[i];
+            x[N + i] = m * v + a * q + c + row[k].noise_v * noise[i];
+            target[i] = v + row[k].noise_rate * noise[i];
+            target[N + i] = a * v - m * q;
+            steps[i] = dt;
+            if (row[k].kind == RATES)
+                continue;
+            target[i] = q * cos(dt) + v * sin(dt);
+            target[N + i] = m * (v * cos(dt) - q * sin(dt)) + a * target[i] + c;
+            for (size_t r = 0; row[k].kind == DIFFERENCES && r < 2; r++)
+                target[r * N + i] = (target[r * N + i] - x[r * N + i]) / dt;
         }
         struct hnn_settings s = small_settings(&small_kinds[7], 1, 3);
         assert_int_equal(s.kind, HNN_LAGRANGIAN);
         hnn_model *model = small_model(&s);
         struct hnn_training training = hnn_training_defaults();
-        training.rollout = row[k].rollout;
+        training.rollout = row[k].kind == ROLLOUT;
         training.dt = dt;
-        const struct hnn_samples samples = {.n = N, .x = x, .target = target};
+        const struct hnn_samples samples = {
+            .n = N, .x = x, .target = target, .steps = row[k].kind == RATES ? NULL : steps};
         struct ad_error error = {0};
         hnn_trainer *trainer;
         enum ad_status status = hnn_trainer_new(model, &training, &samples, NULL, &trainer, &error);
