@@ -25,6 +25,11 @@ enum { BUDGET = 20000 }; /* steps, beside landings, after which forces may be ro
    whose error is in proportion to the length of the step; that of order 8 goes 1.3 times as far. */
 enum { FARTHER = 3 };
 
+enum {
+    MEETINGS = 8
+}; /* of the motion with what travels, at most, each of which changes the rest */
+static const double unchanged = 1e-10; /* of the end */
+
 static const double tolerance = 1e-15;
 static const char *const another = "dop853";
 static const double tolerance_of_another = 1e-14; /* of a step: its rounding is larger */
@@ -40,9 +45,11 @@ static const double alike = 10;
 
 /* Settings and costs of the runs. */
 struct runs {
+    const struct phys_system *system;
     const struct phys_ode *ode;
     struct phys_simulation how;
     struct phys_time_scan scan;   /* steps end at its times, too */
+    bool looks;                   /* for more of them along the motion */
     bool interrupted, dissipates; /* energy is not conserved */
     bool limited, exhausted;      /* to BUDGET; the last run was */
     double longest, average;      /* step of the last run */
@@ -84,6 +91,21 @@ static size_t find_landings(const struct runs *runs, size_t n, const double *tim
     return m;
 }
 
+/* Adds times at which forces change along the motion, path [2 dof][m + 1]. */
+static void look_along(struct runs *runs, size_t m, double t0, const double *landing,
+                       const double *path, struct ad_error *error)
+{
+    double *t = malloc((m + 1) * sizeof *t);
+    if (!t) {
+        ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
+        return;
+    }
+    t[0] = t0;
+    memcpy(t + 1, landing, m * sizeof *t);
+    phys_time_scan_along(runs->system, m + 1, t, path, &runs->scan, error);
+    free(t);
+}
+
 /* The motion from row 0 of x [n][2 dof] to the other times, landing at equal parts of the stretches
    between them, and at `share` (0: not) of each part. Returns how many rows are known. */
 static size_t run(struct runs *runs, size_t n, const double *times, double share, double *x,
@@ -110,6 +132,8 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
         for (; known < n && row[known] < info.samples; known++)
             for (size_t k = 0; k < states; k++)
                 x[known * states + k] = path[k * (m + 1) + row[known]];
+        if (runs->looks && lost->status == AD_OK && info.samples == m + 1)
+            look_along(runs, m, times[0], landing, path, lost);
     } else {
         ad_fail(lost, AD_E_MEMORY, "out of memory for the reference");
     }
@@ -284,6 +308,25 @@ static enum ad_status reverse(struct runs *runs, const double *times, double los
     return error->status;
 }
 
+/* The first run, again as long as changes of the forces seen along it change it: behind one that
+   was stepped over all is another motion. end [2 dof]: room. */
+static void run_seeing(struct runs *runs, const double *times, struct phys_reference *r,
+                       double *end, struct ad_error *error)
+{
+    const double *last = r->x + 2 * r->dof * (r->n - 1);
+    size_t seen = runs->scan.n;
+    runs->looks = runs->scan.times != NULL;
+    run_first(runs, r->n, times, r->x, error);
+    for (int k = 0; k < MEETINGS && error->status == AD_OK && runs->scan.n > seen; k++) {
+        seen = runs->scan.n;
+        memcpy(end, last, 2 * r->dof * sizeof *end);
+        run(runs, r->n, times, 0, r->x, error);
+        if (apart(2 * r->dof, last, end) <= unchanged * apart(2 * r->dof, last, NULL))
+            break;
+    }
+    runs->looks = false;
+}
+
 /* Both runs from row 0 of r->x on, and back. */
 static enum ad_status measure(struct runs *runs, const double *times, double lost,
                               struct phys_reference *r, struct ad_error *error)
@@ -296,7 +339,7 @@ static enum ad_status measure(struct runs *runs, const double *times, double los
     double *again = second + rows;
     for (size_t k = 0; k < 2 * r->dof; k++)
         second[k] = r->x[k] * (1 + DBL_EPSILON); /* twice the rounding of the start */
-    run_first(runs, r->n, times, r->x, error);
+    run_seeing(runs, times, r, again, error);
     r->tolerance = runs->how.rtol;
     r->seen = runs->longest / (double)phys_extrapolation.order;
     if (error->status == AD_OK) {
@@ -329,7 +372,8 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
     double *scale = malloc(states * sizeof *scale);
     r->x = malloc(states * n * sizeof *r->x);
     r->uncertainty = malloc(2 * n * sizeof *r->uncertainty);
-    struct runs runs = {.ode = &ode,
+    struct runs runs = {.system = system,
+                        .ode = &ode,
                         .how = {.size = sizeof(struct phys_simulation),
                                 .integrator = &phys_extrapolation,
                                 .rtol = tolerance,

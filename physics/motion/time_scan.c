@@ -30,9 +30,14 @@ static const double FINEST = 1e-12;
 struct scan {
     ad_tape *tape;
     ad_program *program;
-    ad_var t, force;
-    double t0, t1, *density; /* [GRID] room */
-    size_t runs;
+    ad_var q, v, t, force;
+    double t0, t1;
+    /* of a motion: its states x [2 dof][n] at times at [n], the interval last interpolated, and
+       room [2 dof][COLUMNS]; NULL: one state */
+    const double *at, *x;
+    size_t dof, n, interval;
+    double *states;
+    size_t runs, most; /* of the times */
     struct phys_time_scan *to;
 };
 
@@ -41,18 +46,17 @@ struct scan {
 static enum ad_status record(struct scan *s, const struct phys_system *system, const double *q,
                              const double *v, struct ad_error *error)
 {
-    size_t dof = system->dof;
-    double *x = malloc(2 * dof * COLUMNS * sizeof *x);
+    size_t dof = s->dof = system->dof;
+    double *x = s->states = malloc(2 * dof * COLUMNS * sizeof *x);
     s->tape = ad_tape_new(AD_F64);
-    if (!x || !s->tape) {
-        free(x);
+    if (!x || !s->tape)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    }
     for (size_t k = 0; k < 2 * dof * COLUMNS; k++) {
         double at = k / COLUMNS < dof ? q[k / COLUMNS] : v[k / COLUMNS - dof];
         x[k] = at + 0.1 * (fabs(at) + 1) * sin(1.7 * (double)(k / COLUMNS) + 0.3);
     }
-    ad_var in[] = {ad_input(s->tape, dof, COLUMNS, "q"), ad_input(s->tape, dof, COLUMNS, "v")};
+    ad_var in[] = {s->q = ad_input(s->tape, dof, COLUMNS, "q"),
+                   s->v = ad_input(s->tape, dof, COLUMNS, "v")};
     ad_var g[2];
     s->t = ad_input(s->tape, 1, COLUMNS, "t");
     ad_grad(ad_sum(phys_system_lagrangian(system, in[0], in[1], s->t)), 2, in, g);
@@ -62,8 +66,33 @@ static enum ad_status record(struct scan *s, const struct phys_system *system, c
         ad_set(s->program, in[0], x);
         ad_set(s->program, in[1], x + dof * COLUMNS);
     }
-    free(x);
     return phys_tape_status(s->tape, error);
+}
+
+static void end(struct scan *s)
+{
+    ad_program_free(s->program);
+    ad_tape_free(s->tape);
+    free(s->states);
+}
+
+/* The state at t into column j of the states: Hermite's cubic of q, and its rate. */
+static void interpolate(struct scan *s, double t, size_t j)
+{
+    while (s->interval + 2 < s->n && s->at[s->interval + 1] < t)
+        s->interval++;
+    while (s->interval > 0 && s->at[s->interval] > t)
+        s->interval--;
+    const size_t i = s->interval;
+    const double h = s->at[i + 1] - s->at[i], u = (t - s->at[i]) / h, w = 1 - u;
+    for (size_t k = 0; k < s->dof; k++) {
+        const double *q = s->x + k * s->n + i, *v = s->x + (s->dof + k) * s->n + i;
+        const double slope = (q[1] - q[0]) / h;
+        s->states[k * COLUMNS + j] =
+            w * q[0] + u * q[1] + h * u * w * (w * (v[0] - slope) - u * (v[1] - slope));
+        s->states[(s->dof + k) * COLUMNS + j] =
+            w * v[0] + u * v[1] + 6 * u * w * (slope - (v[0] + v[1]) / 2);
+    }
 }
 
 /* At n times from a to b, n a multiple of COLUMNS. */
@@ -73,6 +102,12 @@ static void sample(struct scan *s, double a, double b, size_t n, double *force)
     for (size_t i = 0; i < n; i += COLUMNS) {
         for (size_t j = 0; j < COLUMNS; j++)
             t[j] = a + (b - a) * (double)(i + j) / (double)(n - 1);
+        for (size_t j = 0; s->at && j < COLUMNS; j++)
+            interpolate(s, t[j], j);
+        if (s->at) {
+            ad_set(s->program, s->q, s->states);
+            ad_set(s->program, s->v, s->states + s->dof * COLUMNS);
+        }
         ad_set(s->program, s->t, t);
         ad_run(s->program);
         ad_get(s->program, s->force, force + i);
@@ -119,7 +154,7 @@ static void land(struct scan *s, double a, double b, size_t n, const double *den
         while (sum >= all * (double)next / (double)(count + 1))
             next++;
         double t = a + (b - a) * (double)i / (double)(n - 1);
-        if (t - last < near && t > s->t0 && t < s->t1 && s->to->n < MOST)
+        if (t - last < near && t > s->t0 && t < s->t1 && s->to->n < s->most)
             s->to->times[s->to->n++] = t;
         last = t;
     }
@@ -153,23 +188,53 @@ static void search(struct scan *s, double a, double b, size_t n, size_t count, d
     }
 }
 
+/* Steps are no shorter than the finest grid. */
+static void sort(struct phys_time_scan *scan, double span)
+{
+    size_t n = 0;
+    qsort(scan->times, scan->n, sizeof *scan->times, ad_ascending);
+    for (size_t k = 0; k < scan->n; k++)
+        if (n == 0 || scan->times[k] - scan->times[n - 1] > FINEST / COLUMNS * span)
+            scan->times[n++] = scan->times[k];
+    scan->n = n;
+}
+
 enum ad_status phys_time_scan(const struct phys_system *system, const double *q, const double *v,
                               double t0, double t1, struct phys_time_scan *scan,
                               struct ad_error *error)
 {
-    struct scan s = {.t0 = t0, .t1 = t1, .to = scan};
+    struct scan s = {.t0 = t0, .t1 = t1, .most = MOST, .to = scan};
     *scan = (struct phys_time_scan){.unresolved = INFINITY};
     if (phys_keeps_energy(system, error) || error->status != AD_OK)
         return error->status;
-    scan->times = malloc((MOST + GRID) * sizeof *scan->times);
+    scan->times = malloc((2 * MOST + GRID) * sizeof *scan->times);
     if (!scan->times)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (record(&s, system, q, v, error) == AD_OK)
-        search(&s, t0, t1, GRID, LANDINGS, 0, scan->times + MOST);
-    qsort(scan->times, scan->n, sizeof *scan->times, ad_ascending);
+        search(&s, t0, t1, GRID, LANDINGS, 0, scan->times + 2 * MOST);
+    sort(scan, t1 - t0);
     scan->resolution = (t1 - t0) / (GRID - 1);
-    ad_program_free(s.program);
-    ad_tape_free(s.tape);
+    end(&s);
+    return error->status;
+}
+
+enum ad_status phys_time_scan_along(const struct phys_system *system, size_t n, const double *t,
+                                    const double *x, struct phys_time_scan *scan,
+                                    struct ad_error *error)
+{
+    struct phys_time_scan found = {.times = scan->times + scan->n, .unresolved = INFINITY};
+    struct scan s = {.t0 = t[0], .t1 = t[n - 1], .most = 2 * MOST - scan->n, .to = &found};
+    if (record(&s, system, x, x, error) == AD_OK) {
+        s.at = t;
+        s.x = x;
+        s.n = n;
+        search(&s, s.t0, s.t1, GRID, LANDINGS, 0, scan->times + 2 * MOST);
+    }
+    end(&s);
+    if (error->status == AD_OK && isinf(found.unresolved)) {
+        scan->n += found.n;
+        sort(scan, s.t1 - s.t0);
+    }
     return error->status;
 }
 

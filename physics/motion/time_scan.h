@@ -15,6 +15,12 @@ struct phys_time_scan {
 enum ad_status phys_time_scan(const struct phys_system *system, const double *q, const double *v,
                               double t0, double t1, struct phys_time_scan *scan,
                               struct ad_error *error);
+/* Adds those of the forces along a motion, x [2 dof][n] = q, v at times t [n], that is cubic
+   between them: of what travels and meets it. None are added where the motion itself is not
+   resolved. */
+enum ad_status phys_time_scan_along(const struct phys_system *system, size_t n, const double *t,
+                                    const double *x, struct phys_time_scan *scan,
+                                    struct ad_error *error);
 void phys_time_scan_free(struct phys_time_scan *scan);
 
 #endif
