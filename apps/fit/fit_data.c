@@ -48,7 +48,7 @@ static enum ad_status choose(const struct fit_run *run, const struct phys_csv *c
                                  csv->name[c] ? csv->name[c] : "?");
     if (!*known)
         snprintf(known, sizeof known, "no names");
-    to[d] = column_of(run, csv, known, "t", "time", error);
+    to[d] = column_of(run, csv, known, phys_time_name(&run->system), "time", error);
     to[d + 1] = column_of(run, csv, known, "trial", NULL, error);
     for (size_t i = 0; i < d && error->status == AD_OK; i++) {
         fit_quantity(&run->system, i, name, sizeof name);
@@ -56,8 +56,8 @@ static enum ad_status choose(const struct fit_run *run, const struct phys_csv *c
         measured += to[i] != SIZE_MAX;
     }
     for (size_t k = 0; k < run->columns.n && error->status == AD_OK; k++) {
-        bool any =
-            strcmp(run->columns.name[k], "t") == 0 || strcmp(run->columns.name[k], "trial") == 0;
+        bool any = strcmp(run->columns.name[k], phys_time_name(&run->system)) == 0 ||
+                   strcmp(run->columns.name[k], "trial") == 0;
         for (size_t i = 0; i < d && !any; i++) {
             fit_quantity(&run->system, i, name, sizeof name);
             any = strcmp(name, run->columns.name[k]) == 0;
@@ -75,8 +75,10 @@ static enum ad_status choose(const struct fit_run *run, const struct phys_csv *c
         return ad_fail(error, AD_E_INPUT,
                        "%s: no column of %s, got: %s; expected --columns t=NAME,%s=NAME, of names "
                        "or numbers",
-                       csv->file, to[d] == SIZE_MAX ? "t" : "a coordinate or velocity", known,
-                       name);
+                       csv->file,
+                       to[d] == SIZE_MAX ? phys_time_name(&run->system)
+                                         : "a coordinate or velocity",
+                       known, name);
     return AD_OK;
 }
 

@@ -149,7 +149,7 @@ void fit_write_csv(const void *context, FILE *out)
 {
     const struct fit_run *run = context;
     char name[64];
-    fputs("trial,t,held", out);
+    fprintf(out, "trial,%s,held", phys_time_name(&run->system));
     for (size_t i = 0; i < 2 * run->system.dof; i++) {
         fit_quantity(&run->system, i, name, sizeof name);
         fprintf(out, ",%s,model_%s", name, name);

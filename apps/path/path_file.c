@@ -19,26 +19,13 @@ struct path_file {
     size_t *column; /* [dof] of the coordinates */
 };
 
-/* Column number `which` (from 0) of those named so; `columns` if there is none. */
-static size_t column_of(const struct path_file *f, const char *name, size_t which)
+/* The column named so; `columns` if there is none. */
+static size_t column_of(const struct path_file *f, const char *name)
 {
     for (size_t c = 0; f->name && c < f->columns; c++)
-        if (f->name[c] && strcmp(f->name[c], name) == 0 && which-- == 0)
+        if (f->name[c] && strcmp(f->name[c], name) == 0)
             return c;
     return f->columns;
-}
-
-/* The time is t; where a coordinate is called so, too, it is the first of two. */
-static void find_time(const struct path_run *run, struct path_file *f)
-{
-    char name[32];
-    size_t dof = run->system.dof, k = 0;
-    do
-        phys_coordinate_name(&run->system, k, name, sizeof name);
-    while (strcmp(name, "t") != 0 && ++k < dof);
-    f->time = column_of(f, "t", 0);
-    if (k < dof && column_of(f, "t", 1) == f->columns)
-        f->time = f->columns;
 }
 
 /* A column of velocities, as simulate names them: no coordinates, whatever their order. */
@@ -62,10 +49,10 @@ static enum ad_status find_columns(const struct path_run *run, struct path_file 
 {
     size_t dof = run->system.dof, found = 0, missing = dof;
     char name[32], lacking[32] = "";
-    find_time(run, f);
+    f->time = column_of(f, phys_time_name(&run->system));
     for (size_t k = 0; k < dof; k++) {
         phys_coordinate_name(&run->system, k, name, sizeof name);
-        f->column[k] = column_of(f, name, f->time < f->columns && strcmp(name, "t") == 0);
+        f->column[k] = column_of(f, name);
         found += f->column[k] < f->columns;
         if (f->column[k] == f->columns && missing == dof) {
             missing = k;

@@ -12,7 +12,7 @@ void path_write_csv(const void *context, FILE *out)
     size_t dof = run->system.dof, n = run->settings.slices;
     const struct phys_grid grid = phys_grid_of(&run->settings);
     char name[32];
-    fputc('t', out);
+    fputs(phys_time_name(&run->system), out);
     for (size_t k = 0; k < dof; k++) {
         phys_coordinate_name(&run->system, k, name, sizeof name);
         fprintf(out, ",%s", name);

@@ -14,7 +14,7 @@ void simulate_ensemble_csv(const void *context, FILE *out)
         simulate_section_csv(r->run, out);
         return;
     }
-    fputs("row,t", out);
+    fprintf(out, "row,%s", phys_time_name(e->system));
     for (size_t k = 0; k <= 2 * e->dof; k++) {
         simulate_quantity(e->system, k, name);
         fprintf(out, ",%s", name);

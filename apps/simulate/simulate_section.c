@@ -10,7 +10,7 @@ void simulate_quantity(const struct phys_system *system, size_t k, char *name)
 {
     char coordinate[64];
     if (k >= 2 * system->dof) {
-        snprintf(name, SIMULATE_NAME, "%s", k == 2 * system->dof ? "energy" : "t");
+        snprintf(name, SIMULATE_NAME, "%s", k == 2 * system->dof ? "energy" : phys_time_name(system));
         return;
     }
     phys_coordinate_name(system, k % system->dof, coordinate, sizeof coordinate);
@@ -146,7 +146,7 @@ void simulate_section_csv(const struct simulate_run *run, FILE *out)
     const size_t dof = run->system.dof, columns = 3 + 2 * dof;
     const size_t first = run->options->ensemble ? 0 : 1;
     char name[SIMULATE_NAME];
-    fputs(first ? "t" : "row,t", out);
+    fprintf(out, "%s%s", first ? "" : "row,", phys_time_name(&run->system));
     for (size_t k = 0; k < 2 * dof; k++) {
         simulate_quantity(&run->system, k, name);
         fprintf(out, ",%s", name);

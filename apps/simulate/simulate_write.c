@@ -16,7 +16,7 @@ void simulate_write_csv(const void *context, FILE *out)
         simulate_section_csv(run, out);
         return;
     }
-    fputs("t", out);
+    fputs(phys_time_name(&run->system), out);
     for (size_t k = 0; k < 2 * dof; k++) {
         simulate_quantity(&run->system, k, name);
         fprintf(out, ",%s", name);

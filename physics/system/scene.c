@@ -52,7 +52,7 @@ static bool is_taken(const struct phys_system *system, size_t observable)
     const char *name = scene->observables[observable].name;
     static const char *const prefixes[] = {"", "v_", "reaction_"};
     char coordinate[64];
-    if (!strcmp(name, "t") || !strcmp(name, "energy") || !strcmp(name, "error"))
+    if (!strcmp(name, phys_time_name(system)) || !strcmp(name, "energy") || !strcmp(name, "error"))
         return true;
     for (size_t k = 0; k < observable; k++)
         if (!strcmp(name, scene->observables[k].name))
@@ -90,6 +90,36 @@ static enum ad_status check_observables(const struct phys_system *system, struct
     return AD_OK;
 }
 
+/* Columns of a motion have one name each, of coordinates, their velocities and reactions, and what
+   is beside them. */
+static enum ad_status check_coordinates(const struct phys_system *system, struct ad_error *error)
+{
+    static const char *const taken[] = {"energy", "error", "row", "trial"};
+    static const char *const prefixes[] = {"", "v_", "reaction_"};
+    char a[64], b[64];
+    const struct phys_scene *scene = system->scene;
+    for (size_t k = 0; scene->coordinates && k < system->dof; k++) {
+        const char *same = NULL;
+        phys_coordinate_name(system, k, a, sizeof a);
+        for (size_t j = 0; j < sizeof taken / sizeof *taken; j++)
+            same = strcmp(a, taken[j]) ? same : "what stands beside coordinates in tables";
+        if (!strcmp(a, "time") && !strcmp(phys_time_name(system), "time"))
+            same = "the time, as another is called t";
+        for (size_t j = 0; j < system->dof; j++)
+            for (size_t i = 0; i < sizeof prefixes / sizeof *prefixes; i++) {
+                phys_coordinate_name(system, j, b, sizeof b);
+                if (j != k && !strncmp(a, prefixes[i], strlen(prefixes[i])) &&
+                    !strcmp(a + strlen(prefixes[i]), b))
+                    same = "another, or of its velocity or reaction";
+            }
+        if (same)
+            return ad_fail(error, AD_E_INPUT,
+                           "%s: coordinate %s has the name of %s; expected one of its own",
+                           scene->name, a, same);
+    }
+    return AD_OK;
+}
+
 enum ad_status phys_system_begin(struct phys_system *system, const struct phys_scene *scene,
                                  struct ad_error *error)
 {
@@ -101,7 +131,8 @@ enum ad_status phys_system_begin(struct phys_system *system, const struct phys_s
         *phys_param_value(system, k) = scene->params[k].value;
     if (!measure(system))
         return ad_fail(error, AD_E_INPUT, "%s: the default parameters are invalid", scene->name);
-    return check_observables(system, error);
+    return check_coordinates(system, error) == AD_OK ? check_observables(system, error)
+                                                     : error->status;
 }
 
 enum ad_status phys_system_open(const char *name, struct phys_system *system,
@@ -191,4 +222,16 @@ void phys_coordinate_name(const struct phys_system *system, size_t k, char *name
         snprintf(name, size, "%c_%s", "xyz"[axis], scene -> body_name(system->params, body));
     else
         snprintf(name, size, "%c%zu", "xyz"[axis], body + 1);
+}
+
+const char *phys_time_name(const struct phys_system *system)
+{
+    char name[64];
+    for (size_t k = 0; system && system->scene && system->scene->coordinates && k < system->dof;
+         k++) {
+        phys_coordinate_name(system, k, name, sizeof name);
+        if (!strcmp(name, "t"))
+            return "time";
+    }
+    return "t";
 }

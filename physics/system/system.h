@@ -181,6 +181,8 @@ enum ad_status phys_system_set_all(struct phys_system *system, size_t n,
 double phys_system_get(const struct phys_system *system, const char *name); /* NaN: unknown name */
 /* Writes the name of coordinate k. */
 void phys_coordinate_name(const struct phys_system *system, size_t k, char *name, size_t size);
+/* The name of a column of time: t, or time where a coordinate is called t. */
+const char *phys_time_name(const struct phys_system *system);
 
 /* Records L [1 x n] of a system from its scene's callbacks. AD_E_SHAPE if they return another
    shape. */

@@ -45,6 +45,7 @@ static void test_words_and_paths(void **state)
     (void)state;
     assert_null(phys_ephemeris_planet(PHYS_EPHEMERIS_PLANETS));
     assert_null(phys_periodic_word((enum phys_periodic_kind)3));
+    assert_string_equal(phys_time_name(NULL), "t");
     assert_int_equal(phys_grid_of(NULL).slices, 0);
     assert_true(isnan(phys_grid_time(NULL, 3)));
     phys_path_line(1, 3, NULL, path);

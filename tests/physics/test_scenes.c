@@ -147,6 +147,32 @@ static void the_gas_starts_without_overlap(void **state)
     phys_system_close(&system);
 }
 
+/* Two columns of one name would be read as one. */
+static void names_of_coordinates_are_their_own(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *names[2], *time; /* NULL: refused */
+    } cases[] = {{{"a", "b"}, "t"},      {{"t", "r"}, "time"},        {{"time", "r"}, "t"},
+                 {{"v", "v_b"}, "t"},    {{"a", "a"}, NULL},          {{"t", "time"}, NULL},
+                 {{"a", "v_a"}, NULL},   {{"reaction_a", "a"}, NULL}, {{"energy", "a"}, NULL},
+                 {{"a", "error"}, NULL}, {{"row", "a"}, NULL}};
+    for (size_t k = 0; k < LENGTH(cases); k++) {
+        struct phys_system built = system_opened("kepler"), system;
+        struct phys_scene scene = *built.scene;
+        struct ad_error error = {0};
+        scene.coordinates = cases[k].names;
+        enum ad_status status = phys_system_make(&scene, &system, &error);
+        assert_int_equal(status, cases[k].time ? AD_OK : AD_E_INPUT);
+        if (cases[k].time)
+            assert_string_equal(phys_time_name(&system), cases[k].time);
+        else
+            assert_mentions(error.message, "kepler: coordinate");
+        phys_system_close(&system);
+        phys_system_close(&built);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -155,6 +181,7 @@ int main(void)
         cmocka_unit_test(presets_name_parameters_that_exist),
         cmocka_unit_test(sizes_follow_the_parameters),
         cmocka_unit_test(coordinates_have_names),
+        cmocka_unit_test(names_of_coordinates_are_their_own),
         cmocka_unit_test(the_gas_starts_without_overlap),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

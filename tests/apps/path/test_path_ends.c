@@ -111,6 +111,26 @@ static void no_motion_is_needed(void **state)
     }
 }
 
+/* Files of a scene with a coordinate t have a column `time`, and are read as they were written. */
+static void a_coordinate_named_t(void **state)
+{
+    (void)state;
+    double ends[4], time;
+    shell_works(
+        "$LA build $ROOT/tests/apps/scenes/world_line.c --quiet --include $ROOT --out w.so");
+    shell_works("$LA simulate ./w.so --time 2 --csv motion.csv --quiet && grep -q "
+                "'^time,t,x,v_t,v_x$' motion.csv");
+    shell_works("$LA path ./w.so --csv found.csv --quiet && grep -q '^time,t,x$' found.csv");
+    shell_works(
+        "$LA path ./w.so --start found.csv --end found.csv --init found.csv --csv again.csv "
+        "--quiet && mv again.csv found.csv");
+    read_ends(2, ends, &time);
+    assert_close(time, 1, 0, 1e-12);
+    assert_true(ends[0] == 3 && ends[1] == 0.5);
+    assert_close(ends[2], 4.25, 0, 1e-12);
+    assert_close(ends[3], 1.25, 0, 1e-12);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -119,6 +139,7 @@ int main(void)
         cmocka_unit_test_setup(a_free_coordinate, shell_empty),
         cmocka_unit_test_setup(a_free_time, shell_empty),
         cmocka_unit_test_setup(no_motion_is_needed, shell_empty),
+        cmocka_unit_test_setup(a_coordinate_named_t, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }
