@@ -24,6 +24,13 @@ double phys_block_tridiagonal_cost(const struct phys_hessian *h)
     return 4 * (double)h->elements * (6 * n * n * n + 6 * n * m * w + 2 * m * w * w);
 }
 
+double phys_block_tridiagonal_bytes(const struct phys_hessian *h)
+{
+    double n = (double)h->dof, m = (double)(h->table.degree - 1) * n;
+    double rows = (double)PHYS_BAND_ROWS(inner_width(h));
+    return sizeof(double) * (double)h->elements * (4 * n * n + 2 * rows * m);
+}
+
 bool phys_block_tridiagonal_new(struct phys_block_tridiagonal *b,
                                 const struct phys_hessian *hessian, size_t hold,
                                 const double *scale)

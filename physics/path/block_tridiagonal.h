@@ -23,6 +23,8 @@ struct phys_block_tridiagonal {
 
 /* About how many operations on real numbers the factors take where damped. */
 double phys_block_tridiagonal_cost(const struct phys_hessian *hessian);
+/* Its memory, about. */
+double phys_block_tridiagonal_bytes(const struct phys_hessian *hessian);
 /* For paths whose first and last `hold` slices are held, coupled as far as the Hessian knows now.
    Ends with phys_block_tridiagonal_free. */
 bool phys_block_tridiagonal_new(struct phys_block_tridiagonal *blocks,

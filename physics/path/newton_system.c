@@ -15,9 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum ad_status phys_newton_system_new(struct phys_newton_system *band,
-                                      const struct phys_hessian *hessian, size_t hold,
-                                      struct ad_error *error)
+enum ad_status phys_newton_system_new(struct phys_newton_system *band, struct phys_hessian *hessian,
+                                      size_t hold, struct ad_error *error)
 {
     size_t degree = hessian->table.degree, dof = hessian->dof;
     size_t last = (hessian->elements + 1 - hold) * degree; /* first node held at the end */
@@ -92,6 +91,20 @@ static void choose_order(struct phys_newton_system *band)
     double operations = (band->damping > 0 ? 8 : 2) * (double)band->n * width * width;
     band->by_blocks = !band->free && ((band->damping > 0 && !band->by_coordinate) ||
                                       phys_block_tridiagonal_cost(h) < operations);
+}
+
+double phys_newton_system_bytes(struct phys_newton_system *band)
+{
+    struct phys_hessian *h = band->hessian;
+    const size_t reach = h->reach;
+    h->reach = h->around;
+    band->damping = 1;
+    choose_order(band);
+    const double blocks = phys_block_tridiagonal_bytes(h);
+    h->reach = reach;
+    if (band->by_blocks)
+        return blocks;
+    return 2 * sizeof(double) * (double)PHYS_BAND_ROWS(band->width) * (double)band->n;
 }
 
 /* Of numbers of 1 or 2 parts. */

@@ -7,7 +7,7 @@
 #include "block_tridiagonal.h"
 
 struct phys_newton_system {
-    const struct phys_hessian *hessian;
+    struct phys_hessian *hessian;
     size_t hold;        /* slices at either end */
     bool free;          /* coordinates at an end move, and some there may be held */
     size_t first, n;    /* number of the first unknown among dof * nodes, and how many there are */
@@ -24,10 +24,12 @@ struct phys_newton_system {
 };
 
 /* Unknowns: every node but those of the `hold` slices at either end. */
-enum ad_status phys_newton_system_new(struct phys_newton_system *band,
-                                      const struct phys_hessian *hessian, size_t hold,
-                                      struct ad_error *error);
+enum ad_status phys_newton_system_new(struct phys_newton_system *band, struct phys_hessian *hessian,
+                                      size_t hold, struct ad_error *error);
 void phys_newton_system_free(struct phys_newton_system *band);
+
+/* The memory of damped factors, about, whatever L couples at most. */
+double phys_newton_system_bytes(struct phys_newton_system *band);
 
 /* Takes D = sqrt(stiffness) of each coordinate from the Hessian, for all that follows. */
 void phys_newton_system_scale(struct phys_newton_system *band);

@@ -21,14 +21,11 @@ enum { PATIENCE = 10 }; /* slow steps in a row: |g| has a minimum here that is n
 
 enum { ROUNDING = 8 }; /* the gradient is zero below this multiple of its rounding */
 
-/* Refuses problems that need more than half of the memory: element matrices, and a band as large.
- */
+/* Refuses problems that need more than half of the memory. */
 static enum ad_status check_memory(const struct phys_system *system,
-                                   const struct phys_path_settings *settings,
+                                   const struct phys_path_settings *settings, double bytes,
                                    struct ad_error *error)
 {
-    double side = (double)(settings->rule->degree + 1) * (double)system->dof;
-    double bytes = 2 * sizeof(double) * side * side * (double)(settings->slices - 1);
     long pages = sysconf(_SC_PHYS_PAGES);
     double memory = (double)pages * (double)sysconf(_SC_PAGESIZE);
     if (pages <= 0 || bytes <= 0.5 * memory)
@@ -75,12 +72,16 @@ enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *
                        "newton: energy weight %g, expected 0: it finds the stationary path of the "
                        "action itself",
                        settings->energy_weight);
-    if (check_memory(system, settings, error) != AD_OK)
+    const double dof = (double)system->dof, coupling = sizeof(bool) + sizeof(size_t); /* a pair */
+    if (check_memory(system, settings, coupling * dof * dof, error) != AD_OK)
         return error->status;
     if (record(s, system, of, error) != AD_OK)
         return error->status;
     phys_hessian_settings(&s->hessian, settings);
-    if (phys_newton_system_new(&s->band, &s->hessian, hold, error) != AD_OK)
+    const double elements = (double)phys_hessian_size(&s->hessian) * sizeof(double);
+    if (phys_newton_system_new(&s->band, &s->hessian, hold, error) != AD_OK ||
+        check_memory(system, settings, elements + phys_newton_system_bytes(&s->band), error) !=
+            AD_OK)
         return error->status;
     s->hessian.proceed = settings->proceed;
     s->hessian.context = settings->context;

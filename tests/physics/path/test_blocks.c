@@ -117,10 +117,13 @@ static void a_band_solves_what_blocks_do(void **state)
         assert_int_equal(h.reach, 1);
         assert_int_equal(h.width, 3); /* C12: a chain's matrices grow as its sites */
         phys_newton_system_scale(&newton);
+        const double bytes = phys_newton_system_bytes(&newton);
         for (int full = 0; full < 2; full++) {
             double m = damping[r % LENGTH(damping)];
             h.reach = full ? SITES - 1 : 1;
             assert_true(phys_newton_system_factor(&newton, m));
+            if (m > 0 && !full && !newton.by_blocks) /* C12: what is said to be needed is taken */
+                assert_close(sizeof(double) * (double)newton.room, bytes, 0, 1e-12);
             assert_int_equal(newton.by_blocks, full ? m > 0 : rule->degree > 1);
             phys_newton_system_step(&newton, gradient, step[full]);
         }
