@@ -266,9 +266,10 @@ enum ad_status hnn_model_load_network(const char *file, const struct hnn_network
 
 /* Training samples: states x [2n x n] and rates [2n x n]; or, for the loss on rollouts of K steps,
    targets [K*2n x n], rows (k-1)*2n ... being the state k steps after x, with step lengths `steps`
-   [K x n]; NULL: hnn_training.dt. Of rates by forward differences `steps` [n] are their lengths, for
-   the check that velocities are the rates of coordinates. Models of pixels learn from contiguous frames of `frame` pixels:
-   sample k is the observation that begins with frame first[k], its target the one a frame later. */
+   [K x n]; NULL: hnn_training.dt. Of rates by forward differences `steps` [n] are their lengths,
+   for the check that velocities are the rates of coordinates. Models of pixels learn from
+   contiguous frames of `frame` pixels: sample k is the observation that begins with frame first[k],
+   its target the one a frame later. */
 struct hnn_samples {
     size_t n;
     const double *x, *target, *steps;

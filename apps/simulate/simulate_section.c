@@ -10,7 +10,8 @@ void simulate_quantity(const struct phys_system *system, size_t k, char *name)
 {
     char coordinate[64];
     if (k >= 2 * system->dof) {
-        snprintf(name, SIMULATE_NAME, "%s", k == 2 * system->dof ? "energy" : phys_time_name(system));
+        snprintf(name, SIMULATE_NAME, "%s",
+                 k == 2 * system->dof ? "energy" : phys_time_name(system));
         return;
     }
     phys_coordinate_name(system, k % system->dof, coordinate, sizeof coordinate);
