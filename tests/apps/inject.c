@@ -93,15 +93,15 @@ static int hand_over(void)
 
 /* ---- this process ---- */
 
-/* The file behind a descriptor of another process lies in the work folder. */
+/* The file behind a descriptor of another process lies in the work folder, or is it. */
 static bool in_work_folder(unsigned pid, unsigned long long descriptor)
 {
     char link[64], file[512];
     snprintf(link, sizeof link, "/proc/%u/fd/%llu", pid, descriptor);
-    ssize_t length = readlink(link, file, sizeof file - 1);
+    ssize_t length = readlink(link, file, sizeof file - 2);
     file[length > 0 ? length : 0] = '\0';
     const char *folder = shell_path("");
-    return strncmp(file, folder, strlen(folder)) == 0;
+    return strncmp(strcat(file, "/"), folder, strlen(folder)) == 0;
 }
 
 static bool for_reading(unsigned pid, unsigned long long descriptor)

@@ -157,6 +157,31 @@ static void test_every_call(void **state)
     }
 }
 
+/* A run that writes one file fails if any of its calls does, so that what it says is written is on
+   the disk: those that sync file and folder, too. But for closing what is empty, or in place. */
+static void test_no_failure_is_ignored(void **state)
+{
+    (void)state;
+    struct words words;
+    struct inject inject = {0};
+    size_t syncs = 0, closes = 0;
+    bool written = false;
+    inject_words(&words, "dataset spring --trials 2 --points 5 --out a.csv --quiet");
+    if (inject_run(&words, &inject) < 0)
+        skip();
+    for (size_t call = 1, calls = inject.calls; call <= calls; call++) {
+        inject = (struct inject){.first = call};
+        int status = inject_run(&words, &inject);
+        bool closing = strcmp(inject.what, "close") == 0;
+        if (status != 2 && (!closing || written))
+            fail_msg("call %zu, %s, failed: exit %d", call, inject.what, status);
+        closes += closing && written;
+        syncs += strcmp(inject.what, "sync") == 0;
+        written = strcmp(inject.what, "rename") && (written || !strcmp(inject.what, "write"));
+    }
+    assert_true(syncs == 2 && closes == 2);
+}
+
 static void test_read_only_folder(void **state)
 {
     (void)state;
@@ -190,6 +215,7 @@ static int setup(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_every_call),
+                                       cmocka_unit_test(test_no_failure_is_ignored),
                                        cmocka_unit_test(test_read_only_folder)};
     return cmocka_run_group_tests(tests, setup, shell_teardown);
 }
