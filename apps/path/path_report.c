@@ -164,6 +164,24 @@ static void report_distances(const struct path_run *run, struct report *report)
                     "  discretisation error unknown: no path of a finer rule was found near");
 }
 
+static void report_forces(const struct path_run *run, struct report *report)
+{
+    const struct phys_scene *scene = run->system.scene;
+    const size_t dof = run->system.dof, n = run->settings.slices;
+    double *most = run->found.force ? calloc(dof, sizeof *most) : NULL;
+    char unit[64];
+    if (!run->found.force)
+        return;
+    report->failed = report->failed || !most;
+    for (size_t k = 0; most && k < dof * n; k++)
+        most[k / n] = fmax(most[k / n], fabs(run->found.force[k]));
+    snprintf(unit, sizeof unit, "%s/%s", unit_shown(scene->energy_unit), unit_shown(scene->unit));
+    report_texts(report, "constraints", scene->n_constraints, scene->constraints);
+    if (most)
+        report_list(report, "reaction_most", "largest constraint force", unit, dof, most);
+    free(most);
+}
+
 /* By the middles of the slices. */
 static void report_model(const struct path_run *run, struct report *report)
 {
@@ -201,6 +219,7 @@ void path_report(const void *context, struct report *report)
     report_distances(run, report);
     if (hnn_system_model(&run->system))
         report_model(run, report);
+    report_forces(run, report);
     report_energy(run, report);
     path_report_solutions(run, report);
 }

@@ -66,8 +66,8 @@ static void report_conjugate(const struct path_run *run, const struct phys_spect
     if (s->n_conjugate == 0)
         return;
     if (!s->of_motion)
-        report_line(report, "  (+-%.2g: between two slices; no motion was found near the path)",
-                    s->conjugate[0].error);
+        report_line(report, "  (+-%.2g: between two slices%s)", s->conjugate[0].error,
+                    run->system.scene->constraint ? "" : "; no motion was found near the path");
     else if (s->legendre == PHYS_INDEFINITE)
         report_line(report, "  (changes of sign of the Jacobi fields' determinant, for L_vv is "
                             "indefinite: where the fields lose an even rank there is none)");

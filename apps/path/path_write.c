@@ -1,5 +1,6 @@
 /* Output files of a path run (path.h): CSV and run file. */
 #include "path.h"
+#include "apps/output/unit.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -17,11 +18,17 @@ void path_write_csv(const void *context, FILE *out)
         phys_coordinate_name(&run->system, k, name, sizeof name);
         fprintf(out, ",%s", name);
     }
+    for (size_t k = 0; run->found.force && k < dof; k++) {
+        phys_coordinate_name(&run->system, k, name, sizeof name);
+        fprintf(out, ",reaction_%s", name);
+    }
     fputc('\n', out);
     for (size_t i = 0; i < n; i++) {
         fprintf(out, "%.17g", phys_grid_time(&grid, i));
         for (size_t k = 0; k < dof; k++)
             fprintf(out, ",%.17g", run->path[k * n + i]);
+        for (size_t k = 0; run->found.force && k < dof; k++)
+            fprintf(out, ",%.17g", run->found.force[k * n + i]);
         fputc('\n', out);
     }
 }
@@ -29,10 +36,10 @@ void path_write_csv(const void *context, FILE *out)
 /* ---- run file ---- */
 
 static void file_path(const struct path_run *run, phys_hdf5 *file, const char *name,
-                      const double *path)
+                      const char *unit, const double *path)
 {
     phys_hdf5_write(file, name, AD_F64, 2, (size_t[]){run->system.dof, run->settings.slices}, path);
-    phys_hdf5_text(file, name, "unit", run->system.scene->unit);
+    phys_hdf5_text(file, name, "unit", unit);
     phys_hdf5_text(file, name, "axes", "coordinate, slice");
 }
 
@@ -61,7 +68,7 @@ enum ad_status path_file_begin(const struct path_run *run, phys_hdf5 *file, stru
     phys_hdf5_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
     report_parameters(&run->system, file);
     if (run->reference)
-        file_path(run, file, "reference", run->reference);
+        file_path(run, file, "reference", scene->unit, run->reference);
     phys_hdf5_extendable(file, "step", AD_F64, 1, (size_t[]){0});
     phys_hdf5_extendable(file, "path", AD_F64, 3, (size_t[]){0, run->system.dof, settings->slices});
     phys_hdf5_text(file, "path", "unit", scene->unit);
@@ -109,6 +116,13 @@ enum ad_status path_file(const void *context, phys_hdf5 *file, struct ad_error *
         double step = (double)run->found.info.steps;
         phys_hdf5_append(file, "step", &step);
         phys_hdf5_append(file, "path", run->path);
+    }
+    if (run->found.force) {
+        const struct phys_scene *scene = run->system.scene;
+        char unit[64];
+        snprintf(unit, sizeof unit, "%s/%s", unit_shown(scene->energy_unit),
+                 unit_shown(scene->unit));
+        file_path(run, file, "reaction", unit, run->found.force);
     }
     return file_history(run, file, error);
 }

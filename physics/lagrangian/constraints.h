@@ -60,9 +60,9 @@ enum ad_status phys_motion_residual(phys_motion *motion, const double *q, const 
    to x at t + h: no state of a motion need be at that place. */
 enum ad_status phys_motion_check_step(phys_motion *motion, double t, double h, const double *x0,
                                       const double *x, struct ad_error *error);
-/* AD_E_ARGUMENT where the motion cannot start at (q, v, t), with the constraint, its residual and
-   a state that would do. */
-enum ad_status phys_motion_check_constraints(phys_motion *motion, const double *q, const double *v,
-                                             double t, struct ad_error *error);
+/* AD_E_ARGUMENT where `what`, such as "start", cannot be at (q, v, t), v NULL: at any v, with the
+   constraint, its residual and a state that would do. */
+enum ad_status phys_motion_check_constraints(phys_motion *motion, const char *what, const double *q,
+                                             const double *v, double t, struct ad_error *error);
 
 #endif

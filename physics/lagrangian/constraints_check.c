@@ -11,8 +11,9 @@ static const double start_tolerance = 1e-10; /* relative to the sizes of q and v
 
 /* ---- starts ---- */
 
-static enum ad_status refuse_start(const struct phys_constraints *c, bool velocity, const double *b,
-                                   const double *near, struct ad_error *error)
+static enum ad_status refuse_start(const struct phys_constraints *c, const char *what,
+                                   bool velocity, const double *b, const double *near,
+                                   struct ad_error *error)
 {
     enum { SHOWN = 6 };
     char text[320] = "", name[64];
@@ -26,41 +27,48 @@ static enum ad_status refuse_start(const struct phys_constraints *c, bool veloci
                  k ? ", " : "; try ", velocity ? "v_" : "", name, near[k]);
     }
     return ad_fail(error, AD_E_ARGUMENT,
-                   "%s: the start does not satisfy constraint %s: %s %s = %.3g, "
+                   "%s: the %s does not satisfy constraint %s: %s %s = %.3g, "
                    "expected 0%s%s",
-                   c->system->scene->name, c->system->scene->constraints[worst],
+                   c->system->scene->name, what, c->system->scene->constraints[worst],
                    velocity ? "its velocities give" : "the value is", velocity ? "dg/dt" : "g",
                    b[worst], text,
                    near && c->dof > SHOWN ? ", ..."
                    : near                 ? ""
-                                          : "; no start near it does");
+                                          : "; no place near it does");
 }
 
-enum ad_status phys_motion_check_constraints(phys_motion *motion, const double *q, const double *v,
-                                             double t, struct ad_error *error)
+/* room [n + 2 dof], zeros. */
+static enum ad_status check_start(phys_motion *motion, const char *what, const double *q,
+                                  const double *v, double t, double *room, struct ad_error *error)
 {
     struct phys_constraints *c = phys_motion_constraints(motion);
+    double *b = room, *near = b + c->n, *near_v = near + c->dof, off[2];
     struct ad_error cause = {0};
-    double off[2];
-    if (!c)
-        return AD_OK;
-    if (phys_motion_residual(motion, q, v, t, off, &cause) != AD_OK)
+    memcpy(near, q, c->dof * sizeof *near);
+    if (v)
+        memcpy(near_v, v, c->dof * sizeof *near_v);
+    if (phys_motion_residual(motion, near, near_v, t, off, &cause) != AD_OK)
         return ad_fail(error, cause.status == AD_E_NONFINITE ? AD_E_ARGUMENT : cause.status, "%s",
                        cause.message);
-    const double sizes[] = {phys_norm(c->dof, q), phys_norm(c->dof, v)};
-    const bool velocity = !(off[0] > start_tolerance * sizes[0]);
-    if (velocity && !(off[1] > start_tolerance * sizes[1]))
+    const bool velocity = !(off[0] > start_tolerance * phys_norm(c->dof, q));
+    if (velocity && (!v || !(off[1] > start_tolerance * phys_norm(c->dof, v))))
         return AD_OK;
-    double *b = malloc((c->n + 2 * c->dof) * sizeof *b);
-    if (!b)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    double *near = b + c->n, *near_v = near + c->dof;
     memcpy(b, velocity ? c->rate : c->g, c->n * sizeof *b);
-    memcpy(near, q, c->dof * sizeof *near);
-    memcpy(near_v, v, c->dof * sizeof *near_v);
     const bool found = phys_motion_project(motion, t, near, near_v, &cause) == AD_OK;
-    refuse_start(c, velocity, b, !found ? NULL : velocity ? near_v : near, error);
-    free(b);
+    return refuse_start(c, what, velocity, b, !found ? NULL : velocity ? near_v : near, error);
+}
+
+enum ad_status phys_motion_check_constraints(phys_motion *motion, const char *what, const double *q,
+                                             const double *v, double t, struct ad_error *error)
+{
+    const struct phys_constraints *c = phys_motion_constraints(motion);
+    if (!c)
+        return AD_OK;
+    double *room = calloc(c->n + 2 * c->dof, sizeof *room);
+    if (!room)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    check_start(motion, what, q, v, t, room, error);
+    free(room);
     return error->status;
 }
 
@@ -76,16 +84,6 @@ static void go_between(size_t dof, const double *x0, const double *x, double h, 
                 s * s * ((1 + 2 * left) * x[k] - left * h * v[k]);
         to[dof + k] = left * v0[k] + s * v[k];
     }
-}
-
-/* The sign of the determinant of A [n][n], which is lost. */
-static int determinant_sign(size_t n, double *A, int *pivots)
-{
-    int sign = phys_lapack_lu_factor(n, A, pivots) == 0;
-    for (size_t i = 0; i < n; i++)
-        if ((pivots[i] == (int)i + 1) != (A[i * n + i] > 0))
-            sign = -sign;
-    return sign;
 }
 
 /* det G(q) W(q0) is positive at q = q0, and changes its sign where G loses its rank, or turns by a
@@ -113,7 +111,7 @@ enum ad_status phys_motion_check_step(phys_motion *motion, double t, double h, c
             phys_constraints_evaluate(c, place, place + dof, t + to * h);
             for (size_t k = 0; k < n * n; k++)
                 c->S[k] = phys_dot(dof, c->G + k / n * dof, W + k % n * dof);
-            passes = determinant_sign(n, c->S, c->pivots) > 0;
+            passes = phys_lapack_lu_sign(n, c->S, c->pivots) > 0;
         }
     }
     if (!passes)

@@ -97,6 +97,15 @@ int phys_lapack_lu_factor(size_t n, double *a, int *pivots)
     return info;
 }
 
+int phys_lapack_lu_sign(size_t n, double *a, int *pivots)
+{
+    int sign = phys_lapack_lu_factor(n, a, pivots) == 0;
+    for (size_t i = 0; i < n; i++)
+        if ((pivots[i] == (int)i + 1) != (a[i * n + i] > 0))
+            sign = -sign;
+    return sign;
+}
+
 void phys_lapack_lu_solve(size_t n, const double *a, const int *pivots, double *b)
 {
     lapack_int size = (lapack_int)n, info;

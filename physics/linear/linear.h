@@ -17,6 +17,8 @@ int phys_lapack_lu_solve_once(size_t n, double *a, double *b);
 /* The same in two steps, for many right sides: factors a in place, `pivots` [n] is room; solves
    from the factors, b in place. */
 int phys_lapack_lu_factor(size_t n, double *a, int *pivots);
+/* The sign of the determinant of a, which is factored. */
+int phys_lapack_lu_sign(size_t n, double *a, int *pivots);
 void phys_lapack_lu_solve(size_t n, const double *a, const int *pivots, double *b);
 
 /* Band matrices of n rows with `width` diagonals on either side of the main one, stored by columns:

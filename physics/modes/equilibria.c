@@ -206,7 +206,8 @@ static enum ad_status prepare(struct search *s, struct ad_error *error)
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s: modes of a scene whose time is free; expected one that moves in time",
                        s->system->scene->name);
-    if (phys_refuse_forces(s->system, "equilibria and modes", error) != AD_OK)
+    if (phys_refuse_forces(s->system, "equilibria and modes", error) != AD_OK ||
+        phys_refuse_constraints(s->system, "equilibria and modes", error) != AD_OK)
         return error->status;
     if (!phys_keeps_energy(s->system, error))
         return error->status != AD_OK

@@ -10,7 +10,7 @@ enum ad_status phys_motion_check_on_constraints(const struct phys_system *system
     phys_motion *motion;
     if (!system->scene->constraint || phys_motion_new(system, &motion, error) != AD_OK)
         return error->status;
-    phys_motion_check_constraints(motion, q, v, 0, error);
+    phys_motion_check_constraints(motion, "start", q, v, 0, error);
     phys_motion_free(motion);
     return error->status;
 }

@@ -260,7 +260,8 @@ enum ad_status phys_path_conjugate(const struct phys_system *system,
     struct times rough = {0}, fine = {0};
     if (AD_LACKS(error, system, system->scene, settings, path, spectrum, settings->rule))
         return error->status;
-    if (phys_refuse_forces(system, "paths", error) != AD_OK)
+    if (phys_refuse_forces(system, "paths", error) != AD_OK ||
+        phys_refuse_constraints(system, "conjugate points", error) != AD_OK)
         return error->status;
     PHYS_OWN_PATH(settings, error);
     if (system->dof > PHYS_SHOOTING_DOF)

@@ -236,7 +236,8 @@ enum ad_status phys_path_continue(struct phys_system *system,
     if (AD_LACKS_RESULT(error, refined) || AD_LACKS_RESULT(error, continued) ||
         AD_LACKS(error, system, system->scene, settings, guess, of))
         return error->status;
-    if (phys_refuse_forces(system, "paths", error) != AD_OK)
+    if (phys_refuse_forces(system, "paths", error) != AD_OK ||
+        phys_refuse_constraints(system, "continued paths", error) != AD_OK)
         return error->status;
     AD_OWN(phys_continuation, of, to, error);
     PHYS_OWN_PATH(settings, error);

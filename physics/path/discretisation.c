@@ -16,19 +16,23 @@ enum { DEGREE = 4 };             /* of the finer rule, at least */
 /* How much the momenta differ at slices i of a path and i * each / 2 of a finer one that is
    settled, by what they move in a step: their slices alone may agree by symmetry. */
 static double momenta_apart(const double *unit, struct phys_hessian *h, const double *path,
-                            struct phys_hessian *finer, const double *moved, size_t each)
+                            struct phys_newton *to, const double *moved, size_t each)
 {
-    double most = 0;
+    struct phys_hessian *finer = &to->hessian;
+    double most = 0, *apart = to->step;
     phys_hessian_gradient_at(h, path, 0);
     phys_hessian_gradient_at(finer, moved, 0);
-    for (size_t i = 0; i < h->elements; i += 2)
-        for (size_t k = 0; k < h->dof; k++) {
-            double apart = fabs(h->gradient[i * h->side + k] -
-                                finer->gradient[i * each / 2 * finer->side + k]);
-            if (apart > 0)
-                most = fmax(most, apart * phys_hessian_length(h, i) * (double)each / 2 /
+    for (size_t i = 0; i < h->elements; i += 2) {
+        const size_t e = i * each / 2;
+        for (size_t k = 0; k < h->dof; k++)
+            apart[k] = h->gradient[i * h->side + k] - finer->gradient[e * finer->side + k];
+        if (to->path.surface) /* forces of constraints on half a node are in both */
+            phys_surface_project(to->path.surface, moved, e, 0, apart);
+        for (size_t k = 0; k < h->dof; k++)
+            if (apart[k] != 0)
+                most = fmax(most, fabs(apart[k]) * phys_hessian_length(h, i) * (double)each / 2 /
                                       (finer->stiffness[k] * unit[k]));
-        }
+    }
     return most;
 }
 
@@ -91,10 +95,9 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
             for (size_t i = 0; i < n; i += each == 3 ? 2 : 1)
                 most = fmax(most, fabs(moved[k * m + i * each / 2] - path[k * n + i]) / unit[k]);
         if (most <= NEAR * phys_path_extent(unit, path, dof, n))
-            *distance =
-                each == 3 && settings->rule->order > 1
-                    ? fmax(most, momenta_apart(unit, &coarse, path, &newton.hessian, moved, each))
-                    : most;
+            *distance = each == 3 && settings->rule->order > 1
+                            ? fmax(most, momenta_apart(unit, &coarse, path, &newton, moved, each))
+                            : most;
         /* in a layer at an end the slices between may err more: they need a path that has them */
         if (each == 3 &&
             odd_slices_apart(unit, &from, path, &to, moved, dof, error) > BETWEEN * most) {

@@ -71,7 +71,7 @@ static enum ad_status find_kind(struct search *s, struct ad_error *error)
     }
     if (lost.status != AD_OK)
         return ad_fail(error, lost.status, "%s", lost.message);
-    if (!phys_free_ends(s->settings) &&
+    if (!phys_free_ends(s->settings) && !s->system->scene->constraint &&
         (spectrum->n_conjugate > 0 || spectrum->legendre == PHYS_INDEFINITE))
         phys_path_conjugate(s->system, s->settings, s->path, spectrum, error);
     return error->status;
@@ -93,7 +93,8 @@ static enum ad_status own_start(const struct search *s, double *q, double *v,
     if (s->settings->rule->order > 1 && phys_legendre_new(s->system, &legendre, error) == AD_OK)
         phys_legendre_velocity(legendre, q, s->settings->start_momentum, 0, v, error);
     phys_legendre_free(legendre);
-    return error->status;
+    return error->status == AD_OK ? phys_surface_velocity(s->system, q, 0, v, error)
+                                  : error->status;
 }
 
 /* From the start (q, v) to path [dof x slices], which ends in y [2 dof]. Steps end where the forces
@@ -235,6 +236,23 @@ static bool is_refined(const struct search *s, const struct phys_refined *refine
            own->dt == theirs->dt && apart(s, s->path, refined->path) <= AGREE * extent(s, s->path);
 }
 
+/* NULL where they are not known. */
+static enum ad_status find_forces(struct search *s, struct ad_error *error)
+{
+    struct phys_path_found *found = s->found;
+    struct ad_error lost = {0};
+    if (!s->system->scene->constraint || !found->stationary)
+        return AD_OK;
+    if (!(found->force = malloc(s->dof * s->slices * sizeof *found->force)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (phys_surface_forces(s->system, &s->newton->hessian, s->path, found->force, &lost) !=
+        AD_OK) {
+        free(found->force);
+        found->force = NULL;
+    }
+    return phys_keep_memory(&lost, error);
+}
+
 static enum ad_status measure(struct search *s, struct ad_error *error)
 {
     const double *compare = s->settings->compare;
@@ -242,7 +260,8 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
     found->keeps_energy = phys_keeps_energy(s->system, error);
     if (compare)
         found->reference_distance = apart(s, s->path, compare);
-    if (find_kind(s, error) != AD_OK || compare_motion(s, error) != AD_OK || !found->stationary)
+    if (find_kind(s, error) != AD_OK || find_forces(s, error) != AD_OK ||
+        compare_motion(s, error) != AD_OK || !found->stationary)
         return error->status;
     bool rounding = found->spectrum.undetermined;
     struct ad_error lost = {0};
@@ -308,6 +327,9 @@ enum ad_status phys_path_find(const struct phys_solver *solver, const struct phy
 
 void phys_path_found_free(struct phys_path_found *found)
 {
-    if (found)
-        phys_spectrum_free(&found->spectrum);
+    if (!found)
+        return;
+    phys_spectrum_free(&found->spectrum);
+    free(found->force);
+    found->force = NULL;
 }

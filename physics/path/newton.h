@@ -16,9 +16,9 @@ struct phys_newton {
     struct phys_path_settings settings;
     struct phys_path_program path;
     struct phys_hessian hessian;
-    struct phys_newton_system band;
-    double *gradient, *before, *step; /* [n] each: gradient of the action */
-    double unit;                      /* action in units of the objective */
+    struct phys_newton_system band, whole;      /* whole: of all coordinates, beside tangent ones */
+    double *gradient, *before, *step, *tangent; /* [n] each: gradient of the action; room */
+    double unit;                                /* action in units of the objective */
     double damping;
     bool lengthened; /* the last step */
     bool settled;    /* no repetition of the last step makes the gradient smaller */

@@ -2,6 +2,7 @@
 #include "path_program.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 const struct phys_solver *const phys_solvers[] = {
@@ -98,6 +99,47 @@ bool phys_free_ends(const struct phys_path_settings *settings)
     return settings->ends && (settings->ends->free[0] || settings->ends->free[1]);
 }
 
+/* Constraints are known to newton alone, and hold at both ends. */
+static enum ad_status check_constraints(const struct phys_solver *solver,
+                                        const struct phys_system *system,
+                                        const struct phys_path_settings *settings,
+                                        const double *path, struct ad_error *error)
+{
+    const struct phys_scene *scene = system->scene;
+    const size_t dof = system->dof, n = settings->slices;
+    const struct phys_grid grid = phys_grid_of(settings);
+    phys_motion *motion = NULL;
+    if (!scene->constraint)
+        return AD_OK;
+    if (solver != &phys_solver_newton)
+        return ad_fail(error, AD_E_ARGUMENT, "%s has constraints: expected solver newton, got %s",
+                       scene->name, solver->name);
+    if (settings->hold > 1)
+        return ad_fail(error, AD_E_ARGUMENT, "%s has constraints: expected hold 1, got %zu",
+                       scene->name, settings->hold);
+    if (phys_free_ends(settings))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s has constraints: expected all coordinates of both ends, got a free one",
+                       scene->name);
+    if (scene->n_constraints >= dof)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s: %zu constraints leave nothing of %zu coordinates to move", scene->name,
+                       scene->n_constraints, dof);
+    double *q = malloc(dof * sizeof *q);
+    if (!q)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    phys_motion_new(system, &motion, error);
+    for (size_t end = 0; end < 2 && error->status == AD_OK; end++) {
+        for (size_t k = 0; k < dof; k++)
+            q[k] = path[k * n + end * (n - 1)];
+        phys_motion_check_constraints(motion, end ? "end of the path" : "start of the path", q,
+                                      NULL, end ? phys_grid_time(&grid, n - 1) : 0, error);
+    }
+    phys_motion_free(motion);
+    free(q);
+    return error->status;
+}
+
 enum ad_status phys_path_check(const struct phys_solver *solver, const struct phys_system *system,
                                const struct phys_path_settings *settings, const double *path,
                                const struct phys_path_info *info, struct ad_error *error)
@@ -105,7 +147,7 @@ enum ad_status phys_path_check(const struct phys_solver *solver, const struct ph
     enum ad_status status = check_settings(solver, settings, error);
     if (AD_LACKS(error, system, system->scene, path, info))
         return error->status;
-    return status;
+    return status == AD_OK ? check_constraints(solver, system, settings, path, error) : status;
 }
 
 enum ad_status phys_path_solve(const struct phys_solver *solver, const struct phys_system *system,

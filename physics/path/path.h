@@ -144,9 +144,11 @@ extern const struct phys_solver phys_solver_march;
 const struct phys_solver *phys_solver_find(const char *name, struct ad_error *error);
 
 /* Finds the stationary path between the first and last slice of path [s*dof x slices] (s: degree of
-   the rule), in place. Settings are checked first (AD_E_ARGUMENT). A value that is not finite ends
-   it with AD_E_NONFINITE, naming step, operation and the first coordinate in order of slices; path
-   is then unchanged. */
+   the rule), in place. Settings are checked first (AD_E_ARGUMENT). Of a scene with constraints, by
+   newton alone: among paths whose nodes all keep them, from the given path moved to where they
+   hold; AD_E_ARGUMENT where they do not hold at an end, with a place that would do. A value that is
+   not finite ends it with AD_E_NONFINITE, naming step, operation and the first coordinate in order
+   of slices; path is then unchanged. */
 enum ad_status phys_path_solve(const struct phys_solver *solver, const struct phys_system *system,
                                const struct phys_path_settings *settings, double *path,
                                struct phys_path_info *info, struct ad_error *error);
@@ -301,8 +303,10 @@ struct phys_path_found {
                              that motion, 0 but for the error of the path */
     char no_motion[160];  /* why there is no such motion */
     double reference_distance; /* from settings->compare; NaN: there is none */
-    bool another; /* settings->compare is, or converges to, another stationary path between these
-                     ends */
+    double *force; /* [dof x slices] stationary, with constraints: the force that they exert, by the
+                      equations of motion at the slices and the momenta there; else NULL */
+    bool another;  /* settings->compare is, or converges to, another stationary path between these
+                      ends */
 };
 /* Runs phys_path_solve on path [dof x slices] and measures its result, with one recording of the
    action. settings->proceed is called within the motions, too. Free with phys_path_found_free in

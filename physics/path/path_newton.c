@@ -81,20 +81,30 @@ enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *
     if (record(s, system, of, error) != AD_OK)
         return error->status;
     phys_hessian_settings(&s->hessian, settings);
-    const double elements = (double)phys_hessian_size(&s->hessian) * sizeof(double);
-    if (phys_newton_system_new(&s->band, &s->hessian, hold, error) != AD_OK ||
-        check_memory(system, settings, elements + phys_newton_system_bytes(&s->band), error) !=
-            AD_OK)
+    if (phys_surface_new(system, &s->hessian, &s->path.surface, error) != AD_OK)
         return error->status;
+    const struct phys_surface *surface = s->path.surface;
+    if (phys_newton_system_new(&s->band, surface ? &surface->tangent : &s->hessian, hold, error) !=
+            AD_OK ||
+        (surface && phys_newton_system_new(&s->whole, &s->hessian, hold, error) != AD_OK))
+        return error->status;
+    const double bytes = (double)phys_hessian_size(&s->hessian) * sizeof(double) +
+                         phys_newton_system_bytes(&s->band) +
+                         (surface ? phys_newton_system_bytes(&s->whole) : 0);
+    if (check_memory(system, settings, bytes, error) != AD_OK)
+        return error->status;
+    if (surface)
+        s->settings.adam_steps = 0;
     s->hessian.proceed = settings->proceed;
     s->hessian.context = settings->context;
     if (settings->native && !of)
         phys_derivatives_native(s->hessian.of);
-    s->gradient = malloc(3 * s->path.n * sizeof *s->gradient);
+    s->gradient = malloc(4 * s->path.n * sizeof *s->gradient);
     if (!s->gradient)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     s->before = s->gradient + s->path.n;
     s->step = s->before + s->path.n;
+    s->tangent = s->step + s->path.n;
     return AD_OK;
 }
 
@@ -102,15 +112,58 @@ void phys_newton_free(struct phys_newton *s)
 {
     free(s->gradient);
     phys_newton_system_free(&s->band);
+    phys_newton_system_free(&s->whole);
+    phys_surface_free(s->path.surface);
     phys_hessian_free(&s->hessian);
     phys_path_program_free(&s->path);
+}
+
+static double length_of(size_t n, const double *step)
+{
+    double sum = 0;
+    for (size_t i = 0; i < n; i++)
+        sum += step[i] * step[i];
+    return sqrt(sum);
 }
 
 static double norm(struct phys_newton *s)
 {
     for (size_t k = 0; k < s->path.n; k++)
         s->gradient[k] = s->unit * s->path.g[k];
-    return phys_newton_system_norm(&s->band, s->gradient);
+    return s->path.surface ? s->band.scale[0] * length_of(s->path.n, s->gradient)
+                           : phys_newton_system_norm(&s->band, s->gradient);
+}
+
+/* The Hessian at the path, on the tangent spaces of constraints if there are any. */
+static void differentiate(struct phys_newton *s)
+{
+    phys_hessian_at(&s->hessian, s->path.x, 0);
+    if (s->hessian.stopped)
+        return;
+    if (s->path.surface)
+        phys_surface_reduce(s->path.surface, s->path.x);
+    phys_newton_system_scale(&s->band);
+    for (size_t d = 0; s->path.surface && d < s->hessian.dof; d++)
+        s->whole.scale[d] = s->band.scale[0];
+}
+
+/* What rounding makes of norm(). */
+static double rounding_of(struct phys_newton *s)
+{
+    return ROUNDING *
+           phys_newton_system_rounding(s->path.surface ? &s->whole : &s->band, s->path.x);
+}
+
+/* s->step from s->gradient and the factors. */
+static void find_step(struct phys_newton *s)
+{
+    if (!s->path.surface) {
+        phys_newton_system_step(&s->band, s->gradient, s->step);
+        return;
+    }
+    phys_surface_to(s->path.surface, s->gradient, s->tangent);
+    phys_newton_system_step(&s->band, s->tangent, s->gradient);
+    phys_surface_from(s->path.surface, s->gradient, s->step);
 }
 
 /* |g| at `length` steps from where the path was. */
@@ -119,6 +172,9 @@ static double norm_at(struct phys_newton *s, double length, size_t number,
 {
     for (size_t k = 0; k < s->path.n; k++)
         s->path.x[k] = s->before[k] + length * s->step[k];
+    if (s->path.surface &&
+        phys_surface_meet(s->path.surface, s->path.x, &(struct ad_error){0}) != AD_OK)
+        return NAN;
     *at = phys_path_program_run(&s->path, number);
     return norm(s);
 }
@@ -139,14 +195,6 @@ static bool lengthen(struct phys_newton *s, double from, double here, size_t num
     return length > 1;
 }
 
-static double length_of(size_t n, const double *step)
-{
-    double sum = 0;
-    for (size_t i = 0; i < n; i++)
-        sum += step[i] * step[i];
-    return sqrt(sum);
-}
-
 /* Repeats Newton's step with the matrix that is factored, which is cheaper than another one, as
    long as that makes |g| smaller: by much, or at all where it is zero to `rounding`. A step that is
    not much shorter than the last is not taken: along an eigenvector of nearly zero eigenvalue an
@@ -157,7 +205,7 @@ static void repeat(struct phys_newton *s, double rounding, size_t number, struct
     do {
         from = here;
         norm(s);
-        phys_newton_system_step(&s->band, s->gradient, s->step);
+        find_step(s);
         double length = length_of(s->path.n, s->step);
         if (!(length <= FAST * last))
             return;
@@ -180,7 +228,7 @@ static bool try_step(struct phys_newton *s, double from, double rounding, size_t
     norm(s);
     if (!phys_newton_system_factor(&s->band, s->damping))
         return false;
-    phys_newton_system_step(&s->band, s->gradient, s->step);
+    find_step(s);
     memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
     double here = norm_at(s, 1, number, at);
     if (!(here < from)) { /* NaN, too */
@@ -199,11 +247,10 @@ static bool try_step(struct phys_newton *s, double from, double rounding, size_t
 static bool improve(struct phys_newton *s, struct phys_path_step *at, size_t *slow)
 {
     size_t number = at->step + 1;
-    phys_hessian_at(&s->hessian, s->path.x, 0);
+    differentiate(s);
     if (s->hessian.stopped)
         return false;
-    phys_newton_system_scale(&s->band);
-    double from = norm(s), rounding = ROUNDING * phys_newton_system_rounding(&s->band, s->path.x);
+    double from = norm(s), rounding = rounding_of(s);
     bool first = true;
     while (!try_step(s, from, rounding, number, at)) {
         if (from <= rounding || s->damping >= MOST_DAMPING || s->band.no_memory ||
@@ -220,10 +267,7 @@ static bool improve(struct phys_newton *s, struct phys_path_step *at, size_t *sl
     return true;
 }
 
-static bool at_rounding(struct phys_newton *s)
-{
-    return norm(s) <= ROUNDING * phys_newton_system_rounding(&s->band, s->path.x);
-}
+static bool at_rounding(struct phys_newton *s) { return norm(s) <= rounding_of(s); }
 
 static enum phys_stop follow(struct phys_newton *s, struct phys_path_step *at)
 {
@@ -250,11 +294,8 @@ static enum phys_stop follow(struct phys_newton *s, struct phys_path_step *at)
 static bool begins_at_rounding(struct phys_newton *s)
 {
     phys_path_program_run(&s->path, 0);
-    phys_hessian_at(&s->hessian, s->path.x, 0);
-    if (s->hessian.stopped)
-        return true; /* then no steps are wanted, and nothing is known here */
-    phys_newton_system_scale(&s->band);
-    return at_rounding(s);
+    differentiate(s);
+    return s->hessian.stopped || at_rounding(s); /* stopped: no steps are wanted */
 }
 
 /* Near a saddle, the Adam steps before Newton's may diverge: if they increased the gradient, the
@@ -288,7 +329,12 @@ enum ad_status phys_newton_solve(struct phys_newton *s, double *path, struct phy
                                  struct ad_error *error)
 {
     s->hessian.stopped = false;
-    phys_path_program_start(&s->path, path);
+    if (s->path.surface) {
+        memcpy(s->before, path, s->path.n * sizeof *path);
+        if (phys_surface_meet(s->path.surface, s->before, error) != AD_OK)
+            return error->status;
+    }
+    phys_path_program_start(&s->path, s->path.surface ? s->before : path);
     if (s->settings.adam_steps == 0 || begins_at_rounding(s) ||
         phys_path_program_adam(&s->path, error) == AD_OK)
         iterate(s, path, info, error);
@@ -315,14 +361,14 @@ enum ad_status phys_newton_spectrum(struct phys_newton *s, const double *path,
                                     struct phys_spectrum *spectrum, struct ad_error *error)
 {
     s->hessian.stopped = false;
-    return phys_hessian_spectrum(&s->hessian, path, spectrum, error);
+    return phys_hessian_spectrum(&s->hessian, s->path.surface, path, spectrum, error);
 }
 
 bool phys_newton_confirms(struct phys_newton *s, const double *path,
                           const struct phys_spectrum *spectrum, struct ad_error *error)
 {
     s->hessian.stopped = false;
-    return phys_hessian_confirms(&s->hessian, path, spectrum, error);
+    return phys_hessian_confirms(&s->hessian, s->path.surface, path, spectrum, error);
 }
 
 static enum ad_status solve_over(const struct phys_system *system,

@@ -183,7 +183,7 @@ enum ad_status phys_path_program_finite(struct phys_path_program *p,
 
 /* ---- running ---- */
 
-struct phys_path_step phys_path_program_run(struct phys_path_program *p, size_t step)
+static struct phys_path_step run(struct phys_path_program *p, size_t step)
 {
     if (p->hessian)
         return phys_path_points_run(p, step);
@@ -196,6 +196,14 @@ struct phys_path_step phys_path_program_run(struct phys_path_program *p, size_t 
                                    .potential_mean = value(p, p->action.potential_mean),
                                    .objective = value(p, p->action.objective),
                                    .grad_norm = value(p, p->norm)};
+}
+
+struct phys_path_step phys_path_program_run(struct phys_path_program *p, size_t step)
+{
+    struct phys_path_step at = run(p, step);
+    if (p->surface)
+        at.grad_norm = phys_surface_gradient(p->surface, p->x, p->g);
+    return at;
 }
 
 static bool carry_on(struct phys_path_program *p, const struct phys_path_step *at)

@@ -4,12 +4,13 @@
 #define PHYSICS_PATH_PATH_PROGRAM_H
 
 #include "internal.h"
-#include "physics/action/hessian.h"
+#include "physics/path/constrained/surface.h"
 
 struct phys_path_program {
     const struct phys_system *system;
     const struct phys_path_settings *settings;
     struct phys_hessian *hessian; /* evaluates the path instead of a tape of it; or NULL */
+    struct phys_surface *surface; /* gradients are tangential to the constraints; or NULL */
     ad_tape *tape;
     ad_program *program, *measures; /* measures: energies and the whole gradient, once needed */
     struct phys_action action;

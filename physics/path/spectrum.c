@@ -94,10 +94,15 @@ static void negate(struct phys_hessian *h)
 }
 
 /* Fills h for coordinates in the common unit: beside eigenvalues of another unit those of one may
-   be zero within rounding. */
-static enum ad_status fill(struct phys_hessian *h, const double *path, struct ad_error *error)
+   be zero within rounding. Tangent coordinates of a surface have the unit of the path. */
+static enum ad_status fill(struct phys_hessian *h, struct phys_surface *surface, const double *path,
+                           struct ad_error *error)
 {
     phys_hessian_at(h, path, 0);
+    if (surface && !h->stopped)
+        phys_surface_reduce(surface, path);
+    if (surface)
+        return AD_OK;
     double *unit = phys_hessian_units(h, path, error);
     size_t nodes = h->table.degree + 1;
     for (size_t e = 0; unit && e < h->elements; e++)
@@ -132,17 +137,19 @@ static void count_directions(struct phys_inertia *c, struct phys_spectrum *spect
     ad_blas_threads();
 }
 
-static enum ad_status examine(struct phys_hessian *h, struct phys_inertia *c, const double *path,
+static enum ad_status examine(struct phys_hessian *h, struct phys_surface *surface,
+                              struct phys_inertia *c, const double *path,
                               struct phys_spectrum *spectrum, struct ad_error *error)
 {
-    if (fill(h, path, error) != AD_OK)
+    struct phys_hessian *of = surface ? &surface->tangent : h;
+    if (fill(h, surface, path, error) != AD_OK)
         return error->status;
     if (h->stopped)
         return ad_fail(error, AD_E_ACCURACY, "interrupted");
     spectrum->legendre = phys_hessian_definite(h, &spectrum->not_definite);
     if (spectrum->legendre == PHYS_NEGATIVE)
-        negate(h);
-    if (!phys_inertia_new(c, h))
+        negate(of);
+    if (!phys_inertia_new(c, of))
         return ad_fail(error, AD_E_MEMORY, "out of memory for the inertia");
     if (!isfinite(c->largest))
         return ad_fail(error, AD_E_NONFINITE, "second derivatives of the action are not finite");
@@ -150,16 +157,17 @@ static enum ad_status examine(struct phys_hessian *h, struct phys_inertia *c, co
         count_directions(c, spectrum);
     if (c->lost)
         return ad_fail(error, AD_E_MEMORY, "out of memory for conjugate points");
-    return h->stopped ? ad_fail(error, AD_E_ACCURACY, "interrupted") : AD_OK;
+    return of->stopped ? ad_fail(error, AD_E_ACCURACY, "interrupted") : AD_OK;
 }
 
-enum ad_status phys_hessian_spectrum(struct phys_hessian *h, const double *path,
-                                     struct phys_spectrum *spectrum, struct ad_error *error)
+enum ad_status phys_hessian_spectrum(struct phys_hessian *h, struct phys_surface *surface,
+                                     const double *path, struct phys_spectrum *spectrum,
+                                     struct ad_error *error)
 {
     struct phys_inertia c = {0};
     *spectrum = unknown;
     if (phys_hessian_keep_mass(h))
-        examine(h, &c, path, spectrum, error);
+        examine(h, surface, &c, path, spectrum, error);
     else
         ad_fail(error, AD_E_MEMORY, "out of memory for the mass matrices");
     phys_inertia_free(&c);
@@ -168,29 +176,30 @@ enum ad_status phys_hessian_spectrum(struct phys_hessian *h, const double *path,
     return error->status;
 }
 
-bool phys_hessian_confirms(struct phys_hessian *h, const double *path,
+bool phys_hessian_confirms(struct phys_hessian *h, struct phys_surface *surface, const double *path,
                            const struct phys_spectrum *spectrum, struct ad_error *error)
 {
+    struct phys_hessian *of = surface ? &surface->tangent : h;
     struct phys_inertia c = {0};
     bool same = true;
-    fill(h, path, error);
+    fill(h, surface, path, error);
     if (spectrum->legendre == PHYS_NEGATIVE)
-        negate(h);
-    if (error->status != AD_OK || !phys_inertia_new(&c, h)) {
+        negate(of);
+    if (error->status != AD_OK || !phys_inertia_new(&c, of)) {
         ad_fail(error, AD_E_MEMORY, "out of memory for the inertia");
     } else if (!isfinite(c.largest)) {
         same = false;
     } else {
         ad_blas_single_thread();
         phys_inertia_masses(&c, true);
-        for (size_t k = 0; same && k < 2 && !h->stopped; k++) {
+        for (size_t k = 0; same && k < 2 && !of->stopped; k++) {
             double sigma = isfinite(spectrum->around[k]) ? 0.5 * spectrum->around[k] : 0;
             same = phys_inertia_below(&c, sigma, NULL) == spectrum->index;
         }
         ad_blas_threads();
     }
     phys_inertia_free(&c);
-    if (h->stopped)
+    if (of->stopped)
         ad_fail(error, AD_E_ACCURACY, "interrupted");
     return same;
 }
@@ -200,6 +209,7 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
                                   struct phys_spectrum *spectrum, struct ad_error *error)
 {
     struct phys_hessian h = {0};
+    struct phys_surface *surface = NULL;
     if (AD_LACKS(error, spectrum))
         return error->status;
     *spectrum = unknown;
@@ -213,8 +223,10 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
         h.proceed = settings->proceed;
         h.context = settings->context;
         phys_hessian_settings(&h, settings);
-        phys_hessian_spectrum(&h, path, spectrum, error);
+        if (phys_surface_new(system, &h, &surface, error) == AD_OK)
+            phys_hessian_spectrum(&h, surface, path, spectrum, error);
     }
+    phys_surface_free(surface);
     phys_hessian_free(&h);
     return error->status;
 }

@@ -95,7 +95,7 @@ enum ad_status phys_path_motion(const struct phys_system *system,
     size_t n = settings->slices;
     bool closed = system->scene->between != NULL;
     *which = closed ? PHYS_PATH_CLOSED : PHYS_PATH_TRUE;
-    if (closed || strncmp(settings->rule->name, "left", 4) != 0)
+    if (closed || system->scene->constraint || strncmp(settings->rule->name, "left", 4) != 0)
         return phys_scene_path(system, seed, &tightly, n, settings->dt, path, error);
     if (preset) { /* as published, whatever it is */
         *which = PHYS_PATH_PUBLISHED;

@@ -54,11 +54,11 @@ double *phys_param_value(const struct phys_system *system, size_t k);
 enum ad_status phys_param_refuse(const struct phys_system *system, const char *name,
                                  struct ad_error *error);
 
-/* AD_E_ARGUMENT for a scene with forces that are not in L, or constraints, of which `what`
-   ("paths") knows nothing. */
+/* AD_E_ARGUMENT for a scene with forces that are not in L, of which `what` ("paths") knows nothing.
+ */
 enum ad_status phys_refuse_forces(const struct phys_system *system, const char *what,
                                   struct ad_error *error);
-/* The same for constraints alone. */
+/* The same for constraints. */
 enum ad_status phys_refuse_constraints(const struct phys_system *system, const char *what,
                                        struct ad_error *error);
 

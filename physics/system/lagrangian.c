@@ -130,5 +130,5 @@ enum ad_status phys_refuse_forces(const struct phys_system *system, const char *
                          "%s has forces that are not in L (dissipation, forces); %s are of L "
                          "alone; try simulate",
                          system->scene->name, what)
-               : phys_refuse_constraints(system, what, error);
+               : AD_OK;
 }

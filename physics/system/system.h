@@ -139,7 +139,7 @@ struct phys_scene {
        wisdom-holman. NULL: not known. */
     void (*gm)(const void *params, double gm[]);
     /* Constraints g(q, t) = 0, or NULL, with their names: M a = ... + G^T lambda, G = g_q. Motion
-       alone has them, as above. */
+       and paths between given ends have them. */
     phys_constraint *constraint;
     const char *const *constraints; /* [n_constraints] */
     size_t n_constraints;

@@ -250,7 +250,8 @@ enum ad_status phys_path_all(const struct phys_system *system,
     if (AD_LACKS_RESULT(error, solutions) ||
         AD_LACKS(error, system, system->scene, settings, settings->rule, path))
         return error->status;
-    if (phys_refuse_forces(system, "paths", error) != AD_OK)
+    if (phys_refuse_forces(system, "paths", error) != AD_OK ||
+        phys_refuse_constraints(system, "searches for all paths", error) != AD_OK)
         return error->status;
     PHYS_OWN_PATH(settings, error);
     if (settings->mesh)

@@ -1,0 +1,422 @@
+/* Paths with constraints: against the same motion in other coordinates, geodesics, closed forms;
+   order, Morse index on the tangent spaces, forces; what is refused. */
+#include "tests/physics/motion/constrained.h"
+#include "tests/close.h"
+#include "tests/mentions.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double g0 = 9.81;
+
+static const char *const one[] = {"surface"}, *const two[] = {"first", "second"},
+                         *const three[] = {"crank", "coupler", "rocker"};
+
+static ad_var falls(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_sub(ad_mul(0.5, ad_sum_rows(ad_square(v))), ad_mul(g0, ad_row(q, ad_rows(q) - 1)));
+}
+
+static ad_var coasts(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)q, (void)t, (void)params;
+    return ad_mul(0.5, ad_sum_rows(ad_square(v)));
+}
+
+static ad_var sphere(ad_var q, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_mul(0.5, ad_sub(ad_sum_rows(ad_square(q)), 1.0));
+}
+
+static ad_var ellipsoid(ad_var q, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    ad_var x = ad_row(q, 0), y = ad_div(ad_row(q, 1), 0.8), z = ad_div(ad_row(q, 2), 0.6);
+    return ad_sub(ad_add(ad_square(x), ad_add(ad_square(y), ad_square(z))), 1.0);
+}
+
+static ad_var twice(ad_var q, ad_var t, const void *params)
+{
+    ad_var g = sphere(q, t, params);
+    return ad_concat_rows(2, (ad_var[]){g, ad_mul(3.0, g)});
+}
+
+/* A wire through the origin that turns at the rate 2: r = cosh 2t from rest there. */
+static ad_var wire(ad_var q, ad_var t, const void *params)
+{
+    ad_var turn = ad_mul(2.0, t);
+    (void)params;
+    return ad_sub(ad_mul(ad_row(q, 1), ad_cos(turn)), ad_mul(ad_row(q, 0), ad_sin(turn)));
+}
+
+/* Bars of 1, 2.5 and 2 from (0, 0) by two joints to (3, 0). */
+static ad_var bars(ad_var q, ad_var t, const void *params)
+{
+    ad_var x = ad_row(q, 0), y = ad_row(q, 1), u = ad_row(q, 2), w = ad_row(q, 3);
+    (void)t, (void)params;
+    return ad_concat_rows(
+        3, (ad_var[]){
+               ad_sub(ad_add(ad_square(x), ad_square(y)), 1.0),
+               ad_sub(ad_add(ad_square(ad_sub(u, x)), ad_square(ad_sub(w, y))), 6.25),
+               ad_sub(ad_add(ad_square(ad_sub(u, 3.0)), ad_square(w)), 4.0),
+           });
+}
+
+static enum ad_status tilted(const void *params, uint64_t seed, double *q, double *v,
+                             struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = sin(2.0);
+    q[1] = -cos(2.0);
+    v[0] = -q[1] * 0.7;
+    v[1] = q[0] * 0.7;
+    return AD_OK;
+}
+
+/* From an angle to another in a time, by a rule; NULL: a path of one's own. */
+struct run {
+    struct phys_system system;
+    struct phys_path_settings settings;
+    struct phys_path_found found;
+    double *path;
+};
+
+static double *room(const struct phys_system *system, const struct phys_path_settings *settings)
+{
+    return calloc(settings->rule->degree * system->dof * settings->slices, sizeof(double));
+}
+
+/* On a straight line between the ends q0, q1, off the constraints. */
+static struct run run_of(const struct phys_scene *scene, const char *rule, size_t slices, double T,
+                         const double *q0, const double *q1)
+{
+    struct run r = {.system = constrained_system(scene)};
+    struct ad_error error = {0};
+    r.settings = phys_path_defaults(&r.system);
+    r.settings.rule = phys_rule_find(rule, &error);
+    r.settings.slices = slices;
+    r.settings.dt = T / (double)(slices - 1);
+    r.path = room(&r.system, &r.settings);
+    for (size_t k = 0; k < r.system.dof; k++) {
+        r.path[k * slices] = q0[k];
+        r.path[(k + 1) * slices - 1] = q1[k];
+    }
+    phys_path_line(r.system.dof, slices, r.path, r.path);
+    return r;
+}
+
+static enum ad_status find(struct run *r, struct ad_error *error)
+{
+    struct ad_error unknown = {0};
+    *error = (struct ad_error){0};
+    phys_rule_interpolate(r->settings.rule, r->system.dof, r->settings.slices, r->path);
+    return phys_path_find(phys_solver_find("newton", &unknown), &r->system, &r->settings, r->path,
+                          &r->found, error);
+}
+
+static void found(struct run *r)
+{
+    struct ad_error error;
+    find(r, &error);
+    assert_string_equal(error.message, "");
+    assert_true(r->found.stationary);
+}
+
+static void end(struct run *r)
+{
+    phys_path_found_free(&r->found);
+    phys_system_close(&r->system);
+    free(r->path);
+}
+
+/* ---- the pendulum ---- */
+
+/* The same path, index, conjugate point and tension in x, y and in the angle. */
+static void a_rod_is_an_angle(void **state)
+{
+    (void)state;
+    enum { SLICES = 81 };
+    const double T = 2, ends[] = {2, 1};
+    const struct phys_scene scene = constrained_scene("rod", 2, falls, tilted, sphere, 1, one);
+    struct phys_scene pendulum = *system_opened("pendulum").scene;
+    struct run a = run_of(&scene, "gauss6", SLICES, T, ends, ends),
+               b = run_of(&pendulum, "gauss6", SLICES, T, ends, ends);
+    struct ad_error error = {0};
+    system_set(&b.system, "l", 1);
+    system_set(&b.system, "g", g0);
+    system_set(&b.system, "theta0", 2);
+    system_set(&b.system, "rate0", 0.7);
+    phys_scene_path(&b.system, 1, NULL, SLICES, b.settings.dt, b.path, &error);
+    for (size_t i = 0; i < SLICES; i++) {
+        b.path[i] += 0.1 * sin(M_PI * (double)i / (SLICES - 1)) * (i + 1 < SLICES);
+        a.path[i] = sin(b.path[i]);
+        a.path[SLICES + i] = -cos(b.path[i]);
+    }
+    found(&a);
+    found(&b);
+    const double E = 0.5 * 0.7 * 0.7 - g0 * cos(2.0);
+    for (size_t i = 0; i < SLICES; i++) {
+        const double theta = b.path[i], x = sin(theta), y = -cos(theta);
+        const double rate2 = 2 * (E + g0 * cos(theta)), pull = -(rate2 + g0 * cos(theta));
+        assert_close(a.path[i], x, 0, 1e-10);
+        assert_close(a.path[SLICES + i], y, 0, 1e-10);
+        assert_close(a.found.force[i], pull * x, 0, 1e-7);
+        assert_close(a.found.force[SLICES + i], pull * y, 0, 1e-7);
+    }
+    assert_close(a.found.info.action, b.found.info.action + g0 * T, 1e-11, 0); /* V(0) = 0 */
+    assert_true(a.found.info.grad_norm < 1e-9);
+    assert_true(a.found.true_distance < 1e-9 && a.found.discretisation < 1e-10);
+    assert_int_equal(b.found.spectrum.index, 1);
+    assert_int_equal(a.found.spectrum.index, b.found.spectrum.index);
+    assert_int_equal(a.found.spectrum.n_conjugate, 1);
+    assert_close(a.found.spectrum.conjugate[0].time, b.found.spectrum.conjugate[0].time, 0,
+                 a.found.spectrum.conjugate[0].error);
+    /* x^2 of a path beside it is that of its angle */
+    assert_close(a.found.spectrum.second_variation, b.found.spectrum.second_variation, 1e-3, 0);
+    end(&a);
+    end(&b);
+}
+
+/* ---- geodesics ---- */
+
+/* Of a great circle of some length, against cos and sin; conjugate to the start at pi, 2 pi. */
+static void great_circles(void **state)
+{
+    (void)state;
+    enum { SLICES = 41 };
+    static const struct {
+        double length;
+        size_t index;
+    } cases[] = {{2.5, 0}, {3.1, 0}, {3.2, 1}, {4, 1}, {7, 2}};
+    const struct phys_scene scene = constrained_scene("bead", 3, coasts, tilted, sphere, 1, one);
+    const double a[] = {0.6, 0, 0.8}, b[] = {0, 1, 0};
+    for (size_t k = 0; k < LENGTH(cases); k++) {
+        const double T = cases[k].length, q[] = {0.6 * cos(T), sin(T), 0.8 * cos(T)};
+        struct run r = run_of(&scene, "gauss8", SLICES, T, a, q);
+        for (size_t i = 1; i + 1 < SLICES; i++) /* off the sphere, and off the plane */
+            for (size_t d = 0; d < 3; d++) {
+                const double t = (double)i * r.settings.dt;
+                r.path[d * SLICES + i] =
+                    1.3 * (a[d] * cos(t) + b[d] * sin(t)) + (d == 2) * 0.05 * sin(M_PI * t / T);
+            }
+        found(&r);
+        for (size_t i = 0; i < SLICES; i++)
+            for (size_t d = 0; d < 3; d++) {
+                const double t = (double)i * r.settings.dt;
+                const double on = a[d] * cos(t) + b[d] * sin(t);
+                assert_close(r.path[d * SLICES + i], on, 0, 1e-12);
+                assert_close(r.found.force[d * SLICES + i], -on, 0, 1e-9);
+            }
+        assert_false(r.found.spectrum.undetermined);
+        assert_int_equal(r.found.spectrum.index, cases[k].index);
+        assert_int_equal(r.found.spectrum.n_conjugate, cases[k].index);
+        for (size_t i = 0; i < cases[k].index; i++)
+            assert_close(r.found.spectrum.conjugate[i].time, M_PI * (double)(i + 1), 0,
+                         r.found.spectrum.conjugate[i].error);
+        end(&r);
+    }
+}
+
+static void place_on_ellipsoid(double theta, double phi, double *q)
+{
+    q[0] = cos(theta) * cos(phi);
+    q[1] = 0.8 * cos(theta) * sin(phi);
+    q[2] = 0.6 * sin(theta);
+}
+
+/* Its length and middle by scipy: dop853 at 1e-13 in two angles, the end met by fsolve. Refined
+   from a line through the inside. */
+static void a_geodesic_of_an_ellipsoid(void **state)
+{
+    (void)state;
+    static const double middle[] = {0.5564478420105563, 0.3473832132346262, 0.4250316996565238},
+                        length = 1.1998847111630064;
+    const struct phys_scene scene = constrained_scene("bead", 3, coasts, tilted, ellipsoid, 1, one);
+    double q0[3], q1[3];
+    struct phys_refined refined;
+    struct ad_error error = {0};
+    place_on_ellipsoid(0.2, 0.1, q0);
+    place_on_ellipsoid(0.9, 1.6, q1);
+    struct run r = run_of(&scene, "left", 33, 1, q0, q1);
+    phys_path_refine(&r.system, &r.settings, r.path, 0, 1e-10, &refined, &error);
+    assert_int_equal(error.status, AD_E_ACCURACY); /* rule left has no such path */
+    phys_refined_free(&refined);
+    error = (struct ad_error){0};
+    r.settings.rule = NULL;
+    phys_path_refine(&r.system, &r.settings, r.path, 0, 1e-10, &refined, &error);
+    assert_string_equal(error.message, "");
+    const size_t n = refined.settings->slices;
+    assert_true(n % 2 == 1 && refined.level[refined.n - 1].estimate < 1e-10);
+    for (size_t k = 0; k < 3; k++)
+        assert_close(refined.path[k * n + n / 2], middle[k], 0, 1e-10);
+    struct phys_path_info info = {0};
+    struct phys_path_settings settings = *refined.settings;
+    phys_path_solve(phys_solver_find("newton", &error), &r.system, &settings, refined.path, &info,
+                    &error);
+    assert_close(info.action, length * length / 2, 1e-10, 0);
+    assert_int_equal(refined.spectrum.index, 0);
+    phys_refined_free(&refined);
+    end(&r);
+}
+
+/* ---- a constraint that moves, and its order ---- */
+
+static double error_on_wire(const char *rule, size_t slices, double *force_error)
+{
+    const struct phys_scene scene = constrained_scene("wire", 2, coasts, tilted, wire, 1, one);
+    const double T = 1.2, r1 = cosh(2 * T);
+    struct run r = run_of(&scene, rule, slices, T, (double[]){1, 0},
+                          (double[]){r1 * cos(2 * T), r1 * sin(2 * T)});
+    double most = 0;
+    found(&r);
+    *force_error = 0;
+    for (size_t i = 0; i < slices; i++) {
+        const double at = 2 * (double)i * r.settings.dt, push = 8 * sinh(at);
+        const double x[] = {cosh(at) * cos(at), cosh(at) * sin(at)};
+        const double f[] = {-push * sin(at), push * cos(at)};
+        for (size_t d = 0; d < 2; d++) {
+            most = fmax(most, fabs(r.path[d * slices + i] - x[d]));
+            *force_error = fmax(*force_error, fabs(r.found.force[d * slices + i] - f[d]));
+        }
+    }
+    end(&r);
+    return most;
+}
+
+static void rules_keep_their_orders(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *rule;
+        double order;
+    } rules[] = {{"midpoint", 2}, {"gauss2", 4}, {"gauss3", 6}};
+    for (size_t k = 0; k < LENGTH(rules); k++) {
+        double force[2], coarse = error_on_wire(rules[k].rule, 11, force),
+                         fine = error_on_wire(rules[k].rule, 21, force + 1);
+        print_message("%s: path %.2e, %.2e, force %.2e, %.2e\n", rules[k].rule, coarse, fine,
+                      force[0], force[1]);
+        assert_true(log2(coarse / fine) > rules[k].order - 0.35);
+        assert_close(log2(force[0] / force[1]), rules[k].order, 0, 0.35);
+    }
+    double force;
+    assert_true(error_on_wire("gauss8", 13, &force) < 1e-11);
+    assert_true(force < 1e-9);
+}
+
+/* ---- a closed linkage ---- */
+
+static enum ad_status cranked(const void *params, uint64_t seed, double *q, double *v,
+                              struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    const double ax = cos(1.0), ay = sin(1.0), d = hypot(3 - ax, ay);
+    const double along = (6.25 - 4 + d * d) / (2 * d), up = sqrt(6.25 - along * along);
+    q[0] = ax;
+    q[1] = ay;
+    q[2] = ax + (along * (3 - ax) + up * ay) / d;
+    q[3] = ay + (-along * ay + up * (3 - ax)) / d;
+    const double a = q[2] - ax, b = q[3] - ay, c = q[2] - 3, e = q[3], right = -a * ay + b * ax;
+    v[0] = -3 * ay;
+    v[1] = 3 * ax;
+    v[2] = 3 * right * e / (a * e - b * c);
+    v[3] = -3 * right * c / (a * e - b * c);
+    return AD_OK;
+}
+
+/* Of one freedom: between two states of a motion the path is that motion, with its forces. */
+static void a_closed_linkage(void **state)
+{
+    (void)state;
+    const struct phys_scene scene =
+        constrained_scene("linkage", 4, coasts, cranked, bars, 3, three);
+    struct phys_system system = constrained_system(&scene);
+    struct phys_motion_solution m = constrained_motion(&system, NULL, 0, 1e-11, 0.6);
+    const size_t n = m.n;
+    struct run r = run_of(&scene, "gauss4", n, 0.6, m.x, m.x + 8 * (n - 1));
+    double *force = malloc(4 * n * sizeof *force), off[2];
+    struct ad_error error = {0};
+    found(&r);
+    assert_int_equal(phys_motion_reactions(&m, force, off, &error), AD_OK);
+    for (size_t i = 0; i < n; i++)
+        for (size_t d = 0; d < 4; d++) {
+            assert_close(r.path[d * n + i], m.x[8 * i + d], 0, 1e-10);
+            assert_close(r.found.force[d * n + i], force[4 * i + d], 0, 1e-6);
+        }
+    assert_int_equal(r.found.spectrum.index, 0);
+    free(force);
+    end(&r);
+    phys_motion_solution_free(&m);
+    phys_system_close(&system);
+}
+
+/* ---- what is refused ---- */
+
+static void refused(const struct phys_scene *scene, const double *q0, const double *q1,
+                    void change(struct phys_path_settings *), const char *says)
+{
+    struct run r = run_of(scene, "gauss2", 9, 1, q0, q1);
+    struct ad_error error;
+    if (change)
+        change(&r.settings);
+    const double before = r.path[4];
+    assert_int_equal(find(&r, &error), AD_E_ARGUMENT);
+    assert_mentions(error.message, says);
+    assert_true(r.path[4] == before);
+    end(&r);
+}
+
+static void hold_two(struct phys_path_settings *s) { s->hold = 2; }
+
+static void free_end(struct phys_path_settings *s)
+{
+    static const bool moves[3] = {true, false, false};
+    static struct phys_ends ends = {.size = sizeof ends, .free = {NULL, moves}};
+    s->ends = &ends;
+}
+
+static void what_cannot_be_is_refused(void **state)
+{
+    (void)state;
+    const struct phys_scene ball = constrained_scene("ball", 3, coasts, tilted, sphere, 1, one),
+                            same = constrained_scene("same", 3, coasts, tilted, twice, 2, two),
+                            fixed = constrained_scene("fixed", 2, coasts, tilted, twice, 2, two);
+    const double a[] = {0.6, 0, 0.8}, b[] = {0, 1, 0}, off[] = {1.2, 0, 1.6}, centre[3] = {0};
+    refused(&ball, a, off, NULL, "ball end surface g 1.5 0.6 0.8");
+    refused(&ball, off, b, NULL, "ball start surface g 1.5 0.6 0.8");
+    refused(&ball, centre, b, NULL, "ball surface gradient");
+    refused(&ball, a, b, hold_two, "ball constraints hold 2");
+    refused(&ball, a, b, free_end, "ball constraints free");
+    refused(&same, a, b, NULL, "same first second redundant");
+    refused(&fixed, a, b, NULL, "fixed 2 constraints 2 coordinates");
+    struct run r = run_of(&ball, "gauss2", 9, 1, a, b);
+    struct ad_error error = {0};
+    struct phys_path_info info;
+    assert_int_equal(phys_path_solve(phys_solver_find("adam", &error), &r.system, &r.settings,
+                                     r.path, &info, &error),
+                     AD_E_ARGUMENT);
+    assert_mentions(error.message, "ball constraints newton adam");
+    end(&r);
+    /* a line between opposite points goes through the centre, where the sphere has no normal, or
+       jumps over it: each half of the nodes would rest */
+    for (size_t slices = 9; slices < 11; slices++) {
+        r = run_of(&ball, slices == 9 ? "gauss2" : "midpoint", slices, 1, a,
+                   (double[]){-0.6, 0, -0.8});
+        assert_int_equal(find(&r, &error), AD_E_NONFINITE);
+        assert_mentions(error.message,
+                        slices == 9 ? "ball constraints t 0.5" : "ball jumps t 0.55*");
+        end(&r);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_rod_is_an_angle),          cmocka_unit_test(great_circles),
+        cmocka_unit_test(a_geodesic_of_an_ellipsoid), cmocka_unit_test(rules_keep_their_orders),
+        cmocka_unit_test(a_closed_linkage),           cmocka_unit_test(what_cannot_be_is_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
