@@ -31,7 +31,9 @@ static const struct option scans[] = {
     {"scan", "NAME=FROM:TO:N", OPTION_TEXTS, NULL,
      "runs at N values of a parameter, or, given twice, of two; :log spaces them so", AT(scan)},
     {"curves", "KEY,...", OPTION_TEXT, NULL,
-     "which numbers of a scan are shown, by their JSON keys [those that vary]", AT(curves)},
+     "which numbers of a scan are shown, by their JSON keys [those that vary]; of items FROM-TO "
+     "all as points of one panel: events.30-40.v.1",
+     AT(curves)},
 };
 
 static const struct option outputs[] = {

@@ -6,6 +6,7 @@
 #include "report_rows.h"
 #include "scan_parts.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -195,32 +196,62 @@ static bool varies(const struct scan *scan, const struct result_column *column)
     return low < high;
 }
 
+/* Whether a key is the one asked for; items FROM-TO there are any of these. */
+static bool matches(const char *key, const char *asked, size_t length)
+{
+    const char *end = asked + length;
+    for (; asked < end; asked++, key++) {
+        char *dash, *behind, *after;
+        const unsigned long from = strtoul(asked, &dash, 10);
+        if (isdigit((unsigned char)*asked) && *dash == '-') {
+            const unsigned long to = strtoul(dash + 1, &behind, 10),
+                                item = strtoul(key, &after, 10);
+            return after > key && item >= from && item <= to &&
+                   matches(after, behind, behind < end ? (size_t)(end - behind) : 0);
+        }
+        if (*asked != *key)
+            return false;
+    }
+    return *key == 0;
+}
+
 /* --curves KEY,...; else the first that the text has and that vary. */
 static enum ad_status choose(struct scan *scan, struct ad_error *error)
 {
     size_t shown = 0;
     const char *names = scan->common->curves;
     for (size_t length; names && *names; names += length + (names[length] == ',')) {
+        size_t found = 0, fresh = 0;
         length = strcspn(names, ",");
-        size_t k = 0;
-        while (k < scan->n && (strlen(scan->column[k].key) != length ||
-                               strncmp(scan->column[k].key, names, length) != 0))
-            k++;
-        if (k == scan->n)
+        for (size_t k = 0; k < scan->n; k++) {
+            struct result_column *column = &scan->column[k];
+            if (!matches(column->key, names, length))
+                continue;
+            found++;
+            if (!column->shown) {
+                fresh++;
+                column->panel = shown + 1;
+            }
+            column->shown = true;
+        }
+        if (found == 0)
             return ad_fail(error, AD_E_ARGUMENT,
                            "--curves: no number '%.*s' in the results; --json lists them",
                            (int)length, names);
-        if (shown == PANELS)
+        if (found > 1 && scan->axes == AXES)
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "--curves: '%.*s' are %zu numbers; a map shows one", (int)length, names,
+                           found);
+        shown += fresh > 0;
+        if (shown > PANELS)
             return ad_fail(error, AD_E_ARGUMENT, "--curves: expected at most %d", PANELS);
-        shown += !scan->column[k].shown;
-        scan->column[k].shown = true;
     }
     for (size_t k = 0; k < 2 * scan->n && !scan->common->curves && shown < PANELS; k++) {
         struct result_column *column = &scan->column[k % scan->n]; /* those of the run first */
         const bool item = strchr(column->key, '.') != NULL;
         if (item == (k >= scan->n) && column->labelled && varies(scan, column)) {
             column->shown = true;
-            shown++;
+            column->panel = ++shown;
         }
     }
     return AD_OK;

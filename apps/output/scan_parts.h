@@ -21,6 +21,7 @@ struct result_column {
     char unit[40];
     double *value; /* [runs] */
     bool labelled, shown;
+    size_t panel; /* where it is shown, from 1; of items FROM-TO all in one */
 };
 
 struct scan {

@@ -148,25 +148,59 @@ static void draw_map(struct figure *figure, const struct scan *scan,
                    at, at, at, power);
 }
 
-static void draw_curve(struct figure *figure, const struct scan *scan,
-                       const struct result_column *column, const char *name, size_t number)
+/* A curve; points where several numbers share the panel. */
+static void draw_curves(struct figure *figure, const struct scan *scan,
+                        const struct result_column *first, const char *name)
 {
-    const int power = range_exponent(range_of(column->value, scan->runs));
+    struct range range = {INFINITY, -INFINITY};
+    size_t together = 0, number = 0;
+    for (size_t k = 0; k < scan->n; k++)
+        if (scan->column[k].panel == first->panel) {
+            const struct range own = range_of(scan->column[k].value, scan->runs);
+            together++;
+            range_widen(&range, own.low);
+            range_widen(&range, own.high);
+        }
+    const int power = range_exponent(range);
     figure_panel(figure, &(struct panel){.across = scanned_axis(scan, 0),
-                                         .up = {name, column->unit, {0, 0}, power},
+                                         .up = {name, first->unit, {0, 0}, power},
                                          .log = scan->axis[0].log ? "x" : NULL});
-    figure_draw(figure, STYLE(figure_colours[0], scan->runs <= 60 ? 7 : 0, 1.2, 0.4), NULL,
-                "data using 1:($%zu/1e%d)", 1 + number, power);
+    const struct style *style = together > 1
+                                    ? STYLE(figure_colours[0], 7, 0, 0.25)
+                                    : STYLE(figure_colours[0], scan->runs <= 60 ? 7 : 0, 1.2, 0.4);
+    for (size_t k = 0; k < scan->n; k++) {
+        number += scan->column[k].shown;
+        if (scan->column[k].panel == first->panel)
+            figure_draw(figure, style, NULL, "data using 1:($%zu/1e%d)", 1 + number, power);
+    }
+}
+
+static void draw_panel(struct figure *figure, const struct scan *scan, size_t panel)
+{
+    size_t k = 0, number = 1;
+    char name[KEY + 8];
+    for (; scan->column[k].panel != panel; k++)
+        number += scan->column[k].shown;
+    size_t next = k + 1;
+    while (next < scan->n && scan->column[next].panel != panel)
+        next++;
+    snprintf(name, sizeof name, "%s%s", scan->column[k].key, next < scan->n ? " ..." : "");
+    for (char *blank = name; (blank = strchr(blank, '_'));)
+        *blank = ' ';
+    if (scan->axes == AXES)
+        draw_map(figure, scan, &scan->column[k], name, number);
+    else
+        draw_curves(figure, scan, &scan->column[k], name);
 }
 
 static enum ad_status draw(const void *context, struct plot *plot, struct ad_error *error)
 {
     const struct scan *scan = context;
     const bool map = scan->axes == AXES;
-    size_t shown = 0, number = 0, missing = 0;
+    size_t shown = 0, missing = 0;
     struct figure figure;
     for (size_t k = 0; k < scan->n; k++) {
-        shown += scan->column[k].shown;
+        shown = scan->column[k].panel > shown ? scan->column[k].panel : shown;
         for (size_t r = 0; r < scan->runs && scan->column[k].shown; r++)
             missing += isnan(scan->column[k].value[r]) ? 1 : 0;
     }
@@ -190,16 +224,8 @@ static enum ad_status draw(const void *context, struct plot *plot, struct ad_err
     layout.found = map && missing > 0 ? "grey: runs without this number" : NULL;
     layout.expression = "sprintf('%s %s', what, scene)";
     figure_begin(&figure, plot, &layout);
-    for (size_t k = 0; k < scan->n; k++) {
-        const struct result_column *column = &scan->column[k];
-        if (!column->shown)
-            continue;
-        char name[KEY + 8];
-        snprintf(name, sizeof name, "%s", column->key);
-        for (char *blank = name; (blank = strchr(blank, '_'));)
-            *blank = ' ';
-        (map ? draw_map : draw_curve)(&figure, scan, column, name, ++number);
-    }
+    for (size_t panel = 1; panel <= shown; panel++)
+        draw_panel(&figure, scan, panel);
     figure_end(&figure);
     return error->status;
 }

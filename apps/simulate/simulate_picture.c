@@ -1,6 +1,6 @@
 /* The picture of a simulation (simulate.h): left the motion with its start, end and events; right,
-   against time and by powers of ten, the drift of the energy and the distance from the reference. A
-   GIF shows the motion. */
+   against time and by powers of ten, the drift of the energy and of observables that are nearly
+   constant, and the distance from the reference. A GIF shows the motion. */
 #include "autodiff/ascending.h"
 #include "apps/output/coordinates.h"
 #include "apps/output/unit.h"
@@ -12,20 +12,50 @@
 /* FINE: points between two samples where the curve turns; MOST_FINE: such samples. */
 enum { FRAMES = 100, FINE = 24, MOST_FINE = 1500 };
 
-/* [2 x n]: the drift of the energy, and the distance from the reference in units of the largest
-   coordinate; to be freed. NULL: out of memory. */
-static double *relative_errors(const struct phys_motion_solution *s)
+enum { MOST_KEPT = FIGURE_LEGEND - 2 };
+static const double NEARLY = 1e-3; /* of the largest value: observables that change by less drift */
+
+/* What is drawn by powers of ten: rows [2 + n x samples], and their names. */
+struct errors {
+    size_t n;
+    double *row;
+    const char *name[2 + MOST_KEPT];
+};
+
+static double largest(size_t n, const double *x, double from)
 {
-    double *error = calloc(2 * s->n, sizeof *error);
+    double most = 0;
+    for (size_t i = 0; i < n; i++)
+        most = fmax(most, fabs(x[i] - from));
+    return most;
+}
+
+/* The drift of the energy; the distance from the reference in units of the largest coordinate; of
+   observables their drift in units of their largest value. False: out of memory. */
+static bool relative_errors(const struct simulate_run *run, struct errors *e)
+{
+    const struct phys_motion_solution *s = &run->motion;
+    const size_t n = s->n, observables = run->observed ? s->system->scene->n_observables : 0;
     double E0 = fabs(s->energy[0]), most = 0;
-    for (size_t k = 0; k < 2 * s->n * s->system->dof; k++)
+    *e = (struct errors){.n = 2, .name = {"energy drift", s->distance ? "coordinates" : NULL}};
+    if (!(e->row = calloc((2 + MOST_KEPT) * n, sizeof *e->row)))
+        return false;
+    for (size_t k = 0; k < 2 * n * s->system->dof; k++)
         if (k / s->system->dof % 2 == 0)
             most = fmax(most, fabs(s->x[k]));
-    for (size_t i = 0; error && i < s->n; i++) {
-        error[i] = fabs(s->energy[i] - s->energy[0]) / (E0 > 0 ? E0 : 1);
-        error[s->n + i] = s->distance && most > 0 ? s->distance[i] / most : 0;
+    for (size_t i = 0; i < n; i++) {
+        e->row[i] = fabs(s->energy[i] - s->energy[0]) / (E0 > 0 ? E0 : 1);
+        e->row[n + i] = s->distance && most > 0 ? s->distance[i] / most : 0;
     }
-    return error;
+    for (size_t k = 0; k < observables && e->n < 2 + MOST_KEPT; k++) {
+        const double *value = run->observed + k * n, size = largest(n, value, 0);
+        if (!(size > 0) || !(largest(n, value, value[0]) < NEARLY * size))
+            continue;
+        for (size_t i = 0; i < n; i++)
+            e->row[e->n * n + i] = fabs(value[i] - value[0]) / size;
+        e->name[e->n++] = s->system->scene->observables[k].name;
+    }
+    return true;
 }
 
 /* ---- data: samples; the curve, finer where it turns; events ---- */
@@ -100,23 +130,32 @@ static void write_curve(const struct phys_motion_solution *s, FILE *out)
     free(room);
 }
 
-static void write_data(const struct phys_motion_solution *s, const double *error, bool map,
+static void write_errors(const struct errors *e, size_t samples, size_t i, FILE *out)
+{
+    for (size_t k = 0; k < e->n; k++)
+        fprintf(out, " %.6g", e->row[k * samples + i]);
+}
+
+static void write_data(const struct phys_motion_solution *s, const struct errors *errors, bool map,
                        FILE *out)
 {
     size_t dof = s->system->dof;
     fputs("# time, coordinates, relative change of the energy, relative distance from the "
-          "reference\n",
+          "reference, relative changes of observables\n",
           out);
     for (size_t i = 0; i < s->n; i++) {
         write_row(s->t[i], dof, s->x + 2 * i * dof, 1, out);
         if (!map)
-            fprintf(out, " %.6g %.6g", error[i], error[s->n + i]);
+            write_errors(errors, s->n, i, out);
         fputc('\n', out);
     }
     fputs("\n\n", out);
     if (map)
-        for (size_t i = 0; i < s->n; i++)
-            fprintf(out, "%.12g %.6g %.6g\n", s->t[i], error[i], error[s->n + i]);
+        for (size_t i = 0; i < s->n; i++) {
+            fprintf(out, "%.12g", s->t[i]);
+            write_errors(errors, s->n, i, out);
+            fputc('\n', out);
+        }
     else
         write_curve(s, out);
     fputs("\n\n# events: time, coordinates\n", out);
@@ -177,21 +216,22 @@ static struct range magnitudes(size_t n, double *value)
                           pow(10, ceil(log10(2 * value[kept - 1])))};
 }
 
-static void right(struct figure *figure, const struct phys_motion_solution *s, double *error,
-                  bool map)
+static void right(struct figure *figure, const struct phys_motion_solution *s,
+                  const struct errors *errors, bool map)
 {
     struct range t = {s->t[0], s->t[s->n - 1]};
     size_t column = map ? 2 : s->system->dof + 2;
     int power = range_exponent(t);
-    figure_panel(figure,
-                 &(struct panel){.across = {"t", s->system->scene->time_unit, t, power},
-                                 .up = {"relative error", NULL, magnitudes(2 * s->n, error), 0},
-                                 .log = "y",
-                                 .key = KEY_ABOVE});
-    for (int k = 0; k < (s->distance ? 2 : 1); k++, column++)
-        figure_draw(
-            figure, STYLE(figure_colours[!k], 0, 1.5, 0), k ? "coordinates" : "energy drift",
-            "data index %d using ($1/1e%d):($%zu > 0 ? $%zu : NaN)", map, power, column, column);
+    figure_panel(figure, &(struct panel){.across = {"t", s->system->scene->time_unit, t, power},
+                                         .up = {"relative error", NULL,
+                                                magnitudes(errors->n * s->n, errors->row), 0},
+                                         .log = "y",
+                                         .key = KEY_ABOVE});
+    for (size_t k = 0; k < errors->n; k++, column++)
+        if (errors->name[k])
+            figure_draw(figure, STYLE(figure_colours[k < 2 ? !k : k], 0, 1.5, 0), errors->name[k],
+                        "data index %d using ($1/1e%d):($%zu > 0 ? $%zu : NaN)", map, power, column,
+                        column);
 }
 
 static void name_found(const struct simulate_run *run, struct line *line)
@@ -225,24 +265,25 @@ enum ad_status simulate_picture(const void *context, struct plot *plot, struct a
         return simulate_section_picture(run, plot, error);
     if (run->has_order)
         return simulate_gas_picture(run, plot, error);
-    double *errors = relative_errors(s);
-    if (!errors)
+    struct errors errors;
+    if (!relative_errors(run, &errors))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     layout.frames = plot->animated ? FRAMES : 1;
     coordinates_begin(&view, s->system, (struct range){s->t[0], s->t[s->n - 1]},
                       run->settings.every == 0);
-    write_data(s, errors, view.view == VIEW_MAP, plot->data);
+    write_data(s, &errors, view.view == VIEW_MAP, plot->data);
     name_found(run, &line);
     snprintf(title, sizeof title, "%.60s: motion by %s, %s %.2g", s->system->scene->name,
              s->integrator->name, s->integrator->adaptive ? "tolerance of a step" : "steps of",
              s->setting);
     fprintf(plot->script, "n(f) = %zu * (f + 1) / %zu\nf = 0\n", s->n - 1, layout.frames);
     layout.title = title;
+    layout.top -= 0.032 * (double)(errors.n > 4 ? (errors.n - 3) / 2 : 0); /* rows of the legend */
     layout.found = line.text;
     figure_begin(&figure, plot, &layout);
     left(&figure, s, &view);
-    right(&figure, s, errors, view.view == VIEW_MAP);
+    right(&figure, s, &errors, view.view == VIEW_MAP);
     figure_end(&figure);
-    free(errors);
+    free(errors.row);
     return error->status;
 }

@@ -224,6 +224,33 @@ static void test_elastic(void **state)
     assert_path_found("elastic");
 }
 
+/* A turn of Kepler's ellipse; the cone's rate; the pendulum's period by the mean of Gauss. */
+static void test_what_stays(void **state)
+{
+    (void)state;
+    double end[5], a = 1, b = cos(0.15);
+    char options[120];
+    const double E = 0.5 * (0.01 + 0.64) - 1 / sqrt(1.04);
+    build("orbit", "");
+    snprintf(options, sizeof options, "--time %.17g --tol 1e-12", 2 * PI * pow(-0.5 / E, 1.5));
+    end_of("orbit", options, end, 5);
+    assert_close(end[1], 1, 0, 1e-9);
+    assert_close(end[2], 0.2, 0, 1e-9);
+    build("spherical", "");
+    snprintf(options, sizeof options, "--set turn0=%.17g --tol 1e-12", sqrt(9.81 / cos(1)));
+    end_of("spherical", options, end, 5);
+    assert_close(end[1], 1, 0, 1e-9);
+    for (int k = 0; k < 6; k++) {
+        const double mean = 0.5 * (a + b);
+        b = sqrt(a * b);
+        a = mean;
+    }
+    build("shaken", "");
+    snprintf(options, sizeof options, "--set p=0 --set c=0 --time %.17g --tol 1e-12", 2 * PI / a);
+    end_of("shaken", options, end, 3);
+    assert_close(end[1], 0.3, 0, 1e-10);
+}
+
 static void test_refusals(void **state)
 {
     (void)state;
@@ -250,6 +277,7 @@ int main(void)
         cmocka_unit_test(test_damped),       cmocka_unit_test(test_rod),
         cmocka_unit_test(test_hoop),         cmocka_unit_test(test_chain),
         cmocka_unit_test(test_torus),        cmocka_unit_test(test_elastic),
+        cmocka_unit_test(test_what_stays),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }

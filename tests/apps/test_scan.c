@@ -120,6 +120,19 @@ static void a_map_shows_all_and_what_is_missing(void **state)
     shell_works("grep -c 'grey: runs without this number' map.svg.gp");
 }
 
+/* Crossings 2 and 3 of each run are points of the first panel; asked first, drawn first. */
+static void items_share_a_panel(void **state)
+{
+    (void)state;
+    shell_works("mkdir none && PATH=$PWD/none $LA simulate spring --scan k=1:2:3 --time 20 --tol "
+                "1e-6 --event "
+                "'q>0' --curves events.2-3.t,energy --plot items.svg --quiet");
+    shell_works("awk '!/^#/ { print NF }' items.svg.dat | sort -u");
+    assert_string_equal(shell_out(), "4\n"); /* k, energy, two times */
+    shell_works("grep -o 'using 1:([$][0-9]' items.svg.gp");
+    assert_string_equal(shell_out(), "using 1:($3\nusing 1:($4\nusing 1:($2\n");
+}
+
 static void misuse_is_refused(void **state)
 {
     static const char *const wrong[][2] = {
@@ -134,6 +147,9 @@ static void misuse_is_refused(void **state)
         {"--scan l=1:2:3 --scan l=1:2:3", "--scan: l twice"},
         {"--scan l=1:2:3 --scan g=1:2:3 --scan m=1:2:3", "--scan: at most 2 parameters, got 3"},
         {"--scan l=1:2:100000 --scan g=1:2:3", "--scan: 300000 runs"},
+        {"--scan l=1:2:3 --curves events.1-2.t", "--curves: no number 'events.1-2.t'"},
+        {"--scan l=1:2:2 --scan m=1:2:2 --time 9 --event theta=0 --curves events.1-2.t",
+         "--curves: 2 numbers; a map shows one"},
         {"--scan l=1:2:3 --curves nothing", "--curves: no number 'nothing'"},
         {"--scan l=-2:-1:2 --time -1", "--time"},
     };
@@ -151,6 +167,7 @@ int main(void)
         cmocka_unit_test_setup(two_parameters_are_a_map, shell_empty),
         cmocka_unit_test_setup(what_fails_is_told, shell_empty),
         cmocka_unit_test_setup(a_map_shows_all_and_what_is_missing, shell_empty),
+        cmocka_unit_test_setup(items_share_a_panel, shell_empty),
         cmocka_unit_test_setup(misuse_is_refused, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
