@@ -26,6 +26,7 @@ static enum ad_status check(const struct simulate_options *options, struct ad_er
         {fixed && !options->integrator,
          "--dt needs --integrator NAME, one with fixed steps such as rk4"},
         {options->hold && isnan(options->periodic), "--hold needs --periodic T"},
+        {options->choreography && isnan(options->periodic), "--choreography needs --periodic T"},
         {!isnan(options->periodic) && (options->data || options->ensemble),
          "--periodic: not with --data or --ensemble; leave one out"},
         {options->section && plot &&
@@ -292,6 +293,8 @@ static const struct option table[] = {
      "first find the periodic motion near the start, of period near T, and its multipliers",
      AT(periodic)},
     {"hold", "WHAT", OPTION_TEXT, NULL, "of --periodic: period or energy stays as given", AT(hold)},
+    {"choreography", NULL, OPTION_FLAG, NULL,
+     "of --periodic: bodies that are alike follow each other on one curve", AT(choreography)},
     {"sensitivity", NULL, OPTION_FLAG, NULL,
      "derivatives of the end by the start, and by parameters", AT(sensitivity)},
     {"by", "NAME,NAME", OPTION_TEXT, NULL,

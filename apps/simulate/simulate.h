@@ -22,7 +22,7 @@ struct simulate_options {
     struct texts events;
     double dt, tolerance, time, horizon, periodic;
     size_t every, samples, days, lyapunov;
-    bool no_reference, reverse, sensitivity;
+    bool no_reference, reverse, sensitivity, choreography;
 };
 
 enum { SIMULATE_PARAMETERS = 64 };

@@ -23,7 +23,8 @@ enum ad_status simulate_periodic(struct simulate_run *run, struct ad_error *erro
                                                .period = o->periodic,
                                                .hold_period = o->hold && *o->hold == 'p',
                                                .hold_energy = o->hold && *o->hold == 'e',
-                                               .proceed = run->settings.proceed};
+                                               .proceed = run->settings.proceed,
+                                               .choreography = o->choreography};
     if (scene->start(run->system.params, o->common.seed, run->start, run->start + dof, &cause) !=
             AD_OK ||
         phys_periodic_find(&run->system, &how, &run->periodic, &cause) != AD_OK)

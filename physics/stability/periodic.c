@@ -23,6 +23,8 @@ struct orbit {
     const struct phys_system *system;
     const struct phys_periodic_settings *settings;
     struct phys_ode plain, varied;
+    size_t shares; /* of the period, after which the motion is turned by `turn` bodies */
+    size_t turn;
     size_t d, rows, columns; /* of J: d, and 1 for the energy; d, and 1 for the period */
     double energy, power;    /* held, and its size */
     double close;            /* less is closed */
@@ -63,11 +65,18 @@ static double energy_of(struct orbit *o, const double *x)
     return o->plain.energy(o->plain.context, 0, x);
 }
 
+/* The component of the start that component k has become. */
+static size_t from(const struct orbit *o, size_t k)
+{
+    const size_t dof = o->d / 2;
+    return k / dof * dof + (k % dof + o->turn * o->system->dims) % dof;
+}
+
 /* What is left to close of the motion from x that ends at o->y, in units of sizes. */
 static double measure(struct orbit *o, const double *x, double *left)
 {
     for (size_t k = 0; k < o->d; k++)
-        left[k] = (o->y[k] - x[k]) / o->size[k];
+        left[k] = (o->y[k] - x[from(o, k)]) / o->size[k];
     if (o->rows > o->d)
         left[o->d] = (energy_of(o, x) - o->energy) / o->power;
     return phys_norm(o->rows, left);
@@ -77,13 +86,15 @@ static double measure(struct orbit *o, const double *x, double *left)
 static enum ad_status fill(struct orbit *o, const double *x, double period, struct ad_error *error)
 {
     const size_t d = o->d, rows = o->rows;
-    if (o->plain.field(o->plain.context, period, o->y, o->rate, error) != AD_OK)
+    const double share = period / (double)o->shares;
+    if (o->plain.field(o->plain.context, share, o->y, o->rate, error) != AD_OK)
         return error->status;
     for (size_t j = 0; j < d; j++)
         for (size_t i = 0; i < d; i++)
-            o->J[j * rows + i] = o->y[d + j * d + i] * o->size[j] / o->size[i] - (i == j);
+            o->J[j * rows + i] =
+                (o->y[d + j * d + i] - (from(o, i) == j)) * o->size[j] / o->size[i];
     for (size_t i = 0; i < d && o->columns > d; i++)
-        o->J[d * rows + i] = o->rate[i] * period / o->size[i];
+        o->J[d * rows + i] = o->rate[i] * share / o->size[i];
     for (size_t j = 0; j < o->columns && rows > d; j++) {
         const double h = 1e-5;
         double both[2] = {0, 0};
@@ -129,7 +140,7 @@ static bool advance(struct orbit *o, double *x, double *period, double *left,
             continue; /* at T = 0 all close */
         for (size_t k = 0; k < d; k++)
             o->x[k] = x[k] + share * o->step[k] * o->size[k];
-        if (go(o, &o->varied, "taylor", o->x, 0, T, o->y, &lost) != AD_OK) {
+        if (go(o, &o->varied, "taylor", o->x, 0, T / (double)o->shares, o->y, &lost) != AD_OK) {
             const bool stopped =
                 o->settings->proceed && !o->settings->proceed(o->settings->context);
             if (stopped || (lost.status != AD_E_NONFINITE && lost.status != AD_E_ACCURACY))
@@ -182,6 +193,10 @@ static enum ad_status begin(struct orbit *o, struct phys_periodic *found, struct
         if (!isfinite(o->settings->x[i]))
             return ad_fail(error, AD_E_ARGUMENT, "x[%zu] = %g; expected a finite start", i,
                            o->settings->x[i]);
+    if (o->settings->choreography && o->system->bodies < 2)
+        return ad_fail(error, AD_E_ARGUMENT, "choreography: expected two bodies or more, got %zu",
+                       o->system->bodies);
+    o->shares = o->settings->choreography ? o->system->bodies : 1;
     o->rows = d + o->settings->hold_energy;
     o->columns = d + !o->settings->hold_period;
     found->n = d;
@@ -212,9 +227,34 @@ static enum ad_status begin(struct orbit *o, struct phys_periodic *found, struct
     return AD_OK;
 }
 
+/* The turn of a choreography that leaves less to close; AD_E_ARGUMENT where bodies differ. */
+static enum ad_status choose_turn(struct orbit *o, const double *x, struct ad_error *error)
+{
+    const size_t bodies = o->system->bodies;
+    double left[2] = {0};
+    if (o->shares == 1)
+        return AD_OK;
+    for (size_t k = 0; k < 2; k++) {
+        o->turn = k ? bodies - 1 : 1;
+        left[k] = measure(o, x, o->left);
+        for (size_t i = 0; i < o->d; i++)
+            o->x[i] = x[from(o, i)];
+        const double E = energy_of(o, x), turned = energy_of(o, o->x);
+        if (!(fabs(turned - E) <= 1e-10 * o->power))
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "choreography: expected bodies that are alike; the energy is %.9g, and "
+                           "%.9g with each in the place of the next",
+                           E, turned);
+    }
+    o->turn = left[0] <= left[1] ? 1 : bodies - 1;
+    return AD_OK;
+}
+
 static enum ad_status approach(struct orbit *o, struct phys_periodic *found, struct ad_error *error)
 {
-    if (go(o, &o->varied, "taylor", found->x, 0, found->period, o->y, error) != AD_OK)
+    if (go(o, &o->varied, "taylor", found->x, 0, found->period / (double)o->shares, o->y, error) !=
+            AD_OK ||
+        choose_turn(o, found->x, error) != AD_OK)
         return error->status;
     double left = measure(o, found->x, o->left), first = left;
     while (found->iterations < STEPS && advance(o, found->x, &found->period, &left, error))
@@ -224,7 +264,9 @@ static enum ad_status approach(struct orbit *o, struct phys_periodic *found, str
         ad_fail(error, AD_E_ACCURACY,
                 "no periodic motion found near the start: after %.6g it is %.2g of its size from "
                 "there, and %.2g at best; try a start or a period nearer to one",
-                o->settings->period, first, left);
+                o->settings->period / (double)o->shares, first, left);
+    o->shares = 1;
+    o->turn = 0;
     return error->status;
 }
 

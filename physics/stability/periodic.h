@@ -23,6 +23,10 @@ struct phys_periodic_settings {
     bool hold_period, hold_energy;
     bool (*proceed)(void *context); /* as in phys_simulation */
     void *context;
+    /* After a share of the period, one over the number of bodies, each of these is where another
+       was at the start, the next one or the one before, whichever is nearer: all follow one curve.
+       The bodies must be alike. */
+    bool choreography;
 };
 
 enum phys_periodic_kind {

@@ -48,6 +48,62 @@ static void the_figure_eight_from_two_digits(void **state)
     phys_system_close(&system);
 }
 
+/* From a curve of Lissajous, on which all three follow each other: too rough for the motion alone
+   to close. After a third of the period, by another method, each is where another was. */
+static void the_figure_eight_as_a_choreography(void **state)
+{
+    double x[12], y[12], pythagoras[12];
+    size_t slow = 0, fast = 0;
+    (void)state;
+    for (size_t b = 0; b < 3; b++) {
+        const double at = 2 * M_PI * (double)b / 3 + 0.3;
+        x[2 * b] = sin(at);
+        x[2 * b + 1] = 0.4 * sin(2 * at);
+        x[6 + 2 * b] = cos(at);
+        x[7 + 2 * b] = 0.8 * cos(2 * at);
+    }
+    struct phys_system system = system_opened("figure8"), unlike = system_opened("pythagorean"),
+                       alone = system_opened("spring");
+    struct phys_periodic_settings how = {.x = x, .period = 6.3};
+    struct phys_periodic f = found_of(&system, how, AD_E_ACCURACY);
+    phys_periodic_free(&f);
+    how.choreography = true;
+    f = found_of(&system, how, AD_OK);
+    assert_true(f.closure < 1e-11 && f.turns == 1);
+    for (size_t k = 0; k < f.n; k++) {
+        const struct phys_multiplier *m = &f.multiplier[k];
+        const double turns = fabs(atan2(m->im, m->re)) / (2 * M_PI);
+        slow += fabs(turns - 0.00842272) < 6e-9;
+        fast += fabs(turns - 0.29809253) < 6e-9;
+    }
+    assert_true(slow == 2 && fast == 2);
+    struct phys_ode ode;
+    struct phys_simulation_info info;
+    struct ad_error error = {0};
+    const struct phys_simulation third =
+        phys_simulation_of(phys_integrator_find("dop853", &error), 1e-13, f.period / 3);
+    assert_int_equal(phys_ode_lagrangian(&system, &ode, &error), AD_OK);
+    memcpy(y, f.x, sizeof y);
+    assert_int_equal(phys_simulate(&third, &ode, y, &info, &error), AD_OK);
+    const size_t turn = fabs(y[0] - f.x[2]) < 1e-6 ? 2 : 4;
+    for (size_t k = 0; k < 12; k++)
+        assert_close(y[k], f.x[k / 6 * 6 + (k % 6 + turn) % 6], 0, 1e-10);
+    phys_ode_free(&ode);
+    phys_periodic_free(&f);
+
+    system_start(&unlike, 0, pythagoras, pythagoras + 6);
+    how.x = pythagoras;
+    how.period = 0.5;
+    f = found_of(&unlike, how, AD_E_ARGUMENT);
+    phys_periodic_free(&f);
+    how.x = (const double[]){1, 0};
+    f = found_of(&alone, how, AD_E_ARGUMENT);
+    phys_periodic_free(&f);
+    phys_system_close(&system);
+    phys_system_close(&unlike);
+    phys_system_close(&alone);
+}
+
 /* T = 2 pi / agm(1, cos(theta / 2)) sqrt(l/g); with the energy held the amplitude stays. */
 static void the_pendulum_has_its_elliptic_period(void **state)
 {
@@ -227,6 +283,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_figure_eight_from_two_digits),
+        cmocka_unit_test(the_figure_eight_as_a_choreography),
         cmocka_unit_test(the_pendulum_has_its_elliptic_period),
         cmocka_unit_test(the_orbit_of_arenstorf_is_unstable),
         cmocka_unit_test(a_limit_cycle_attracts),
