@@ -83,14 +83,13 @@ enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *
     phys_hessian_settings(&s->hessian, settings);
     if (phys_surface_new(system, &s->hessian, &s->path.surface, error) != AD_OK)
         return error->status;
-    const struct phys_surface *surface = s->path.surface;
+    struct phys_surface *surface = s->path.surface;
     if (phys_newton_system_new(&s->band, surface ? &surface->tangent : &s->hessian, hold, error) !=
             AD_OK ||
         (surface && phys_newton_system_new(&s->whole, &s->hessian, hold, error) != AD_OK))
         return error->status;
     const double bytes = (double)phys_hessian_size(&s->hessian) * sizeof(double) +
-                         phys_newton_system_bytes(&s->band) +
-                         (surface ? phys_newton_system_bytes(&s->whole) : 0);
+                         phys_newton_system_bytes(&s->band);
     if (check_memory(system, settings, bytes, error) != AD_OK)
         return error->status;
     if (surface)
