@@ -20,6 +20,7 @@ struct phys_newton {
     double *gradient, *before, *step, *tangent; /* [n] each: gradient of the action; room */
     double unit;                                /* action in units of the objective */
     double damping;
+    double rounding; /* of the gradient, several times, at the last Hessian */
     bool lengthened; /* the last step */
     bool settled;    /* no repetition of the last step makes the gradient smaller */
 };

@@ -5,6 +5,7 @@
 #include "newton.h"
 #include "spectrum.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,7 +20,8 @@ static const double SLOW = 0.999; /* ... and one that leaves so much is hardly a
 
 enum { PATIENCE = 10 }; /* slow steps in a row: |g| has a minimum here that is not zero */
 
-enum { ROUNDING = 8 }; /* the gradient is zero below this multiple of its rounding */
+enum { ROUNDING = 8 };   /* the gradient is zero below this multiple of its rounding */
+enum { LAST_BITS = 16 }; /* rounding errors of a coordinate that a path is known to */
 
 /* Refuses problems that need more than half of the memory. */
 static enum ad_status check_memory(const struct phys_system *system,
@@ -133,6 +135,13 @@ static double norm(struct phys_newton *s)
                            : phys_newton_system_norm(&s->band, s->gradient);
 }
 
+/* Below which the gradient is zero where the Hessian was taken. */
+static void measure_rounding(struct phys_newton *s)
+{
+    s->rounding = ROUNDING *
+                  phys_newton_system_rounding(s->path.surface ? &s->whole : &s->band, s->path.x);
+}
+
 /* The Hessian at the path, on the tangent spaces of constraints if there are any. */
 static void differentiate(struct phys_newton *s)
 {
@@ -144,13 +153,7 @@ static void differentiate(struct phys_newton *s)
     phys_newton_system_scale(&s->band);
     for (size_t d = 0; s->path.surface && d < s->hessian.dof; d++)
         s->whole.scale[d] = s->band.scale[0];
-}
-
-/* What rounding makes of norm(). */
-static double rounding_of(struct phys_newton *s)
-{
-    return ROUNDING *
-           phys_newton_system_rounding(s->path.surface ? &s->whole : &s->band, s->path.x);
+    measure_rounding(s);
 }
 
 /* s->step from s->gradient and the factors. */
@@ -178,6 +181,8 @@ static double norm_at(struct phys_newton *s, double length, size_t number,
     return norm(s);
 }
 
+static bool at_rounding(struct phys_newton *s) { return norm(s) <= s->rounding; }
+
 /* Extends a step that reduced |g| only slightly, as long as that helps: near a pole r^-p Newton's
    step is 1/p of the way. Returns whether it did. */
 static bool lengthen(struct phys_newton *s, double from, double here, size_t number,
@@ -194,11 +199,29 @@ static bool lengthen(struct phys_newton *s, double from, double here, size_t num
     return length > 1;
 }
 
+/* Whether the step changes the last bits of every coordinate alone. */
+static bool within_last_bits(const struct phys_newton *s)
+{
+    const size_t slices = s->settings.slices, dof = s->hessian.dof, rows = s->path.n / slices;
+    for (size_t d = 0; d < dof; d++) {
+        double moved = 0, size = 0;
+        for (size_t row = d; row < rows; row += dof)
+            for (size_t k = row * slices; k < (row + 1) * slices; k++) {
+                moved = fmax(moved, fabs(s->step[k]));
+                size = fmax(size, fabs(s->path.x[k]));
+            }
+        if (!(moved <= LAST_BITS * DBL_EPSILON * size))
+            return false;
+    }
+    return true;
+}
+
 /* Repeats Newton's step with the matrix that is factored, which is cheaper than another one, as
-   long as that makes |g| smaller: by much, or at all where it is zero to `rounding`. A step that is
+   long as that makes |g| smaller: by much, or at all where it is zero to rounding. A step that is
    not much shorter than the last is not taken: along an eigenvector of nearly zero eigenvalue an
-   old matrix leads astray, and |g| does not show it. */
-static void repeat(struct phys_newton *s, double rounding, size_t number, struct phys_path_step *at)
+   old matrix leads astray, and |g| does not show it; the path is settled where that step is one of
+   the last bits. */
+static void repeat(struct phys_newton *s, size_t number, struct phys_path_step *at)
 {
     double from, here = norm(s), last = length_of(s->path.n, s->step);
     do {
@@ -206,12 +229,14 @@ static void repeat(struct phys_newton *s, double rounding, size_t number, struct
         norm(s);
         find_step(s);
         double length = length_of(s->path.n, s->step);
-        if (!(length <= FAST * last))
+        if (!(length <= FAST * last)) {
+            s->settled = here <= s->rounding && within_last_bits(s);
             return;
+        }
         last = length;
         memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
         here = norm_at(s, 1, number, at);
-    } while (here < (here <= rounding ? 1 : FAST) * from);
+    } while (here < (here <= s->rounding ? 1 : FAST) * from);
     s->settled = !(here < from);
     if (s->settled) {
         memcpy(s->path.x, s->before, s->path.n * sizeof *s->before);
@@ -221,8 +246,7 @@ static void repeat(struct phys_newton *s, double rounding, size_t number, struct
 
 /* Moves the path by a step with the present damping. False, and the path back, if the gradient does
    not fall below `from`. */
-static bool try_step(struct phys_newton *s, double from, double rounding, size_t number,
-                     struct phys_path_step *at)
+static bool try_step(struct phys_newton *s, double from, size_t number, struct phys_path_step *at)
 {
     norm(s);
     if (!phys_newton_system_factor(&s->band, s->damping))
@@ -237,8 +261,8 @@ static bool try_step(struct phys_newton *s, double from, double rounding, size_t
     }
     s->lengthened = lengthen(s, from, here, number, at);
     s->settled = false;
-    if (s->damping == 0 && (here < FAST * from || here <= rounding))
-        repeat(s, rounding, number, at);
+    if (s->damping == 0 && (here < FAST * from || here <= s->rounding))
+        repeat(s, number, at);
     return true;
 }
 
@@ -249,10 +273,10 @@ static bool improve(struct phys_newton *s, struct phys_path_step *at, size_t *sl
     differentiate(s);
     if (s->hessian.stopped)
         return false;
-    double from = norm(s), rounding = rounding_of(s);
+    double from = norm(s);
     bool first = true;
-    while (!try_step(s, from, rounding, number, at)) {
-        if (from <= rounding || s->damping >= MOST_DAMPING || s->band.no_memory ||
+    while (!try_step(s, from, number, at)) {
+        if (from <= s->rounding || s->damping >= MOST_DAMPING || s->band.no_memory ||
             phys_hessian_stopped(&s->hessian))
             return false;
         s->damping = s->damping > 0 ? s->damping * DAMPING_FACTOR : LEAST_DAMPING;
@@ -265,8 +289,6 @@ static bool improve(struct phys_newton *s, struct phys_path_step *at, size_t *sl
     *slow = norm(s) > SLOW * from ? *slow + 1 : 0;
     return true;
 }
-
-static bool at_rounding(struct phys_newton *s) { return norm(s) <= rounding_of(s); }
 
 static enum phys_stop follow(struct phys_newton *s, struct phys_path_step *at)
 {
