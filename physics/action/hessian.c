@@ -197,15 +197,19 @@ static void add_values(struct phys_hessian *h, struct block b)
     }
 }
 
+/* What multiplies a seed at a block: second derivatives, [dof x columns] each. */
+struct second {
+    const double *qq, *vq, *qv, *vv;
+};
+
 /* Rows of column `seed` that are not zero at all points of a block, in h->rows. */
-static size_t find_rows(struct phys_hessian *h, struct block b, size_t seed, const double *by_q,
-                        const double *by_v)
+static size_t find_rows(struct phys_hessian *h, struct block b, size_t seed, struct second L)
 {
     const struct phys_coupling *coupling = &h->of->coupling;
     size_t n = 0;
     for (size_t k = coupling->start[seed]; k < coupling->start[seed + 1]; k++) {
         size_t d = coupling->row[k], p = d * h->of->columns, end = p + b.count;
-        while (p < end && by_q[p] == 0 && by_v[p] == 0)
+        while (p < end && L.qq[p] == 0 && L.vq[p] == 0 && L.qv[p] == 0 && L.vv[p] == 0)
             p++;
         size_t apart = d > seed ? d - seed : seed - d;
         if (p < end) {
@@ -216,30 +220,48 @@ static size_t find_rows(struct phys_hessian *h, struct block b, size_t seed, con
     return n;
 }
 
-/* Contribution of column `seed` of the second derivatives at a block: with `for_q` those of L_qq
-   and L_vq, which multiplies the q of node k; else those of L_qv and L_vv, which multiplies its v.
- */
-static void add_column(struct phys_hessian *h, struct block b, size_t seed, ad_var L_q, ad_var L_v,
-                       bool for_q)
+/* Contribution of column `seed` of the second derivatives at a block to the couplings of each node
+   k with itself and those behind it: with L_q and L_v by its q and v, those of node a follow. */
+static void add_column(struct phys_hessian *h, struct block b, size_t seed)
 {
-    const double *by_q = ad_data(h->of->second, L_q), *by_v = ad_data(h->of->second, L_v);
-    size_t rows = find_rows(h, b, seed, by_q, by_v), n = h->of->columns;
+    ad_program *program = h->of->second;
+    const struct second L = {ad_data(program, h->of->L_qq), ad_data(program, h->of->L_vq),
+                             ad_data(program, h->of->L_qv), ad_data(program, h->of->L_vv)};
+    const size_t rows = find_rows(h, b, seed, L), n = h->of->columns, degree = h->table.degree;
     for (size_t c = 0; c < b.count; c++) {
         const struct phys_hessian_point *at = &h->point[(b.first + c) / h->elements];
-        size_t e = element_of(h, b.first + c);
-        double length = phys_hessian_length(h, e), rate = 1 / length;
-        for (size_t k = 0; k <= h->table.degree; k++) {
-            double share = at->weight * (for_q ? at->q[k] * length : at->v[k]);
-            for (size_t a = 0; share != 0 && a <= h->table.degree; a++) {
-                double of_q = share * at->q[a], of_v = share * rate * at->v[a];
-                size_t column = phys_hessian_place(h, e, a, seed, k, seed) - seed;
-                for (size_t r = 0; r < rows; r++) {
-                    size_t d = h->rows[r];
-                    h->element[column + d] += of_q * by_q[d * n + c] + of_v * by_v[d * n + c];
-                }
+        const size_t e = element_of(h, b.first + c), width = h->width;
+        const double length = phys_hessian_length(h, e), rate = 1 / length;
+        for (size_t k = 0; k <= degree; k++) {
+            const double by_q = at->weight * at->q[k] * length, by_v = at->weight * at->v[k];
+            double *column = h->element + phys_hessian_place(h, e, 0, seed, k, seed) - seed;
+            for (size_t r = 0; r < rows; r++) {
+                const size_t p = h->rows[r] * n + c;
+                const double of_q = by_q * L.qq[p] + by_v * L.qv[p],
+                             of_v = rate * (by_q * L.vq[p] + by_v * L.vv[p]);
+                double *to = column + h->rows[r];
+                for (size_t a = k; a <= degree; a++)
+                    to[a * width] += of_q * at->q[a] + of_v * at->v[a];
             }
         }
     }
+}
+
+/* The couplings of each node with those before it. */
+static void mirror(struct phys_hessian *h)
+{
+    for (size_t e = 0; e < h->elements; e++)
+        for (size_t k = 1; k <= h->table.degree; k++)
+            for (size_t j = 0; j < h->dof; j++) {
+                size_t first, end;
+                phys_hessian_coupled(h, j, &first, &end);
+                for (size_t a = 0; a < k; a++) {
+                    double *to = h->element + phys_hessian_place(h, e, a, j, k, j);
+                    for (size_t i = first; i < end; i++)
+                        to[(ptrdiff_t)i - (ptrdiff_t)j] =
+                            h->element[phys_hessian_place(h, e, k, j, a, i)];
+                }
+            }
 }
 
 /* What L_vv of a block says in column `seed`: the mean of the diagonal, and all where it is kept.
@@ -292,13 +314,13 @@ void phys_hessian_at(struct phys_hessian *h, const double *path, double start)
             phys_derivatives_colour(h->of, colour);
             for (size_t seed = 0; seed < h->dof; seed++)
                 if (of->coupling.colour[seed] == colour) {
-                    add_column(h, b, seed, of->L_qq, of->L_vq, true);
-                    add_column(h, b, seed, of->L_qv, of->L_vv, false);
+                    add_column(h, b, seed);
                     add_masses(h, b, seed);
                 }
         }
         add_gradient(h, b, of->second);
     }
+    mirror(h);
 }
 
 void phys_hessian_gradient_at(struct phys_hessian *h, const double *path, double start)
