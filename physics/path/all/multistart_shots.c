@@ -83,8 +83,11 @@ static enum ad_status take(struct phys_multistart *s, size_t dimension, double *
         return AD_OK; /* it may be one, with more time */
     if (now == paths) /* none, one of the grid alone, or another motion has the same */
         return phys_multistart_unresolved(s, error);
-    if (s->solutions->n > listed)
-        s->solutions->solution[listed].family = dimension;
+    if (s->solutions->n > listed) {
+        struct phys_solution *found = &s->solutions->solution[listed];
+        found->family = dimension;
+        found->resolved |= dimension > 0; /* by the motion: from it shooting may go along others */
+    }
     return AD_OK;
 }
 
