@@ -74,6 +74,12 @@ int phys_lapack_symmetric_factor(size_t n, double *a, int *pivots, double *work)
 /* Factors the first `inner` rows and columns of a small one, with pivots among them, and leaves of
    the others their Schur complement, in the lower triangle by columns. NaN is a zero pivot. */
 int phys_lapack_symmetric_reduce(size_t n, size_t inner, double *a, int *pivots);
+/* Solves with a matrix so reduced: `forward` eliminates the first `inner` unknowns from b [n],
+   which is then solved for the others by what is left, and `backward` finds those from these. */
+void phys_lapack_symmetric_forward(size_t n, size_t inner, const double *a, const int *pivots,
+                                   double *b);
+void phys_lapack_symmetric_backward(size_t n, size_t inner, const double *a, const int *pivots,
+                                    double *b);
 enum { PHYS_SMALL = 40 }; /* rows that are factored without LAPACK */
 /* Of the first n rows of a matrix so factored, columns of which are `stride` apart: how many
    eigenvalues are negative; adds log |det|. */

@@ -120,11 +120,12 @@ static double below(const double *a, size_t n, size_t column, size_t from, const
     return sum;
 }
 
-static void solve_small(size_t n, const double *a, const int *pivots, double *b)
+void phys_lapack_symmetric_forward(size_t n, size_t inner, const double *a, const int *pivots,
+                                   double *b)
 {
-    for (size_t k = 0; k < n; k++) {
+    for (size_t k = 0; k < inner; k++) {
         bool pair = pivots[k] < 0;
-        const double *x = a + k * n, *y = x + n;
+        const double *restrict x = a + k * n, *restrict y = x + n;
         swap(b + k + pair, b + (pair ? -pivots[k] : pivots[k]) - 1);
         for (size_t i = k + 1 + pair; i < n; i++)
             b[i] -= x[i] * b[k] + (pair ? y[i] * b[k + 1] : 0);
@@ -138,7 +139,12 @@ static void solve_small(size_t n, const double *a, const int *pivots, double *b)
             b[k] /= x[k];
         }
     }
-    for (size_t k = n; k-- > 0;) {
+}
+
+void phys_lapack_symmetric_backward(size_t n, size_t inner, const double *a, const int *pivots,
+                                    double *b)
+{
+    for (size_t k = inner; k-- > 0;) {
         size_t last = k;
         bool pair = pivots[k] < 0;
         b[k] -= below(a, n, k, last + 1, b);
@@ -189,6 +195,8 @@ void phys_lapack_symmetric_solve(size_t n, const double *a, const int *pivots, s
         phys_lapack_symmetric_solve_large(n, a, pivots, m, b);
     for (size_t k = 0; n == 1 && k < m; k++)
         b[k] /= a[0];
-    for (size_t k = 0; n > 1 && n <= PHYS_SMALL && k < m; k++)
-        solve_small(n, a, pivots, b + k * n);
+    for (size_t k = 0; n > 1 && n <= PHYS_SMALL && k < m; k++) {
+        phys_lapack_symmetric_forward(n, n, a, pivots, b + k * n);
+        phys_lapack_symmetric_backward(n, n, a, pivots, b + k * n);
+    }
 }

@@ -40,6 +40,7 @@ void phys_newton_system_free(struct phys_newton_system *band)
 {
     AD_FREE(band->matrix, band->right, band->pivots, band->scale);
     phys_block_tridiagonal_free(&band->blocks);
+    phys_reduced_free(&band->reduced);
 }
 
 /* ---- unknowns ---- */
@@ -181,12 +182,25 @@ static bool factor_blocks(struct phys_newton_system *band)
     return phys_block_tridiagonal_factor(&band->blocks, band->damping);
 }
 
+/* Whether elements that are reduced serve for steps with the present damping. */
+static bool factor_elements(struct phys_newton_system *band)
+{
+    if (band->damping > 0 || !phys_reduced_serves(band->hessian))
+        return false;
+    return (band->reduced.element ||
+            phys_reduced_new(&band->reduced, band->hessian, band->hold, band->scale)) &&
+           phys_reduced_factor(&band->reduced);
+}
+
 bool phys_newton_system_factor(struct phys_newton_system *band, double damping)
 {
     band->damping = damping;
-    choose_order(band);
     ad_blas_single_thread(); /* blocks are too small to share */
-    bool factored = band->by_blocks ? factor_blocks(band) : factor_band(band);
+    bool factored = band->by_elements = factor_elements(band);
+    if (!factored) {
+        choose_order(band);
+        factored = band->by_blocks ? factor_blocks(band) : factor_band(band);
+    }
     ad_blas_threads();
     return factored;
 }
@@ -212,7 +226,9 @@ void phys_newton_system_step(struct phys_newton_system *band, const double *grad
     for (size_t u = 0; u < band->n; u++)
         band->right[u] = -gradient[place(band, u)] * scale(band, u);
     ad_blas_single_thread();
-    if (band->by_blocks)
+    if (band->by_elements)
+        phys_reduced_solve(&band->reduced, band->right);
+    else if (band->by_blocks)
         phys_block_tridiagonal_solve(&band->blocks, band->right);
     else
         solve_band(band, band->damping > 0 ? 2 : 1);

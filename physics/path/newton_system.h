@@ -1,10 +1,12 @@
 /* The Newton step: the element matrices of the Hessian as one band matrix over the free nodes, in
-   order of time or by coordinate, solved by LAPACK's banded LU; or by blocks (block_tridiagonal.h),
+   order of time or by coordinate, solved by LAPACK's banded LU; where L couples all coordinates, by
+   elements that are reduced to their ends (reduced_elements.h); or by blocks (block_tridiagonal.h),
    as damped steps are where ordering by coordinate gives no narrower band. */
 #ifndef PHYSICS_PATH_NEWTON_SYSTEM_H
 #define PHYSICS_PATH_NEWTON_SYSTEM_H
 
-#include "block_tridiagonal.h"
+#include "physics/path/blocks/block_tridiagonal.h"
+#include "physics/path/blocks/reduced_elements.h"
 
 struct phys_newton_system {
     struct phys_hessian *hessian;
@@ -14,13 +16,15 @@ struct phys_newton_system {
     size_t width;       /* diagonals on either side */
     bool by_coordinate; /* unknowns of the matrix by coordinate, then by node; else the other way */
     bool by_blocks;     /* there is no band */
+    bool by_elements;   /* nor blocks */
     size_t room;        /* numbers in `matrix` */
     double damping;     /* of the factors */
     bool no_memory;     /* for the last factors */
     int *pivots;
     double *scale; /* [dof]: D^-1 */
     double *matrix, *right;
-    struct phys_block_tridiagonal blocks; /* made when first needed */
+    struct phys_block_tridiagonal blocks; /* made when first needed ... */
+    struct phys_reduced reduced;          /* ... as is this */
 };
 
 /* Unknowns: every node but those of the `hold` slices at either end. */
