@@ -1,4 +1,5 @@
 /* Simulations stored as paths on equal slices (motion.h). */
+#include "method.h"
 #include "solving.h"
 #include "autodiff/sized.h"
 #include "physics/ode/internal.h"
@@ -67,6 +68,22 @@ enum ad_status phys_trajectory(const struct phys_simulation *how, const struct p
     return error->status;
 }
 
+enum { SERIES_DOF = 32 }; /* beyond, dop853 costs less */
+
+const struct phys_integrator *phys_motion_method(const struct phys_ode *ode, const double *y,
+                                                 struct ad_error *error)
+{
+    double rows[4 * SERIES_DOF];
+    struct ad_error none = {0};
+    bool has = ode->series && ode->n <= 2 * SERIES_DOF;
+    if (has) {
+        memcpy(rows, y, ode->n * sizeof *y);
+        has = ode->series(ode->context, 1, 0, rows, &none) == AD_OK;
+    }
+    phys_keep_memory(&none, error);
+    return phys_integrator_find(has ? "taylor" : "dop853", error);
+}
+
 enum ad_status phys_motion_path(const struct phys_system *system, const struct phys_simulation *how,
                                 const double *q, const double *v, size_t slices, double dt,
                                 double *path, struct ad_error *error)
@@ -84,12 +101,13 @@ enum ad_status phys_motion_path(const struct phys_system *system, const struct p
     double *y = malloc(2 * dof * sizeof *y);
     if (!y)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (!settings.integrator)
-        settings.integrator = phys_integrator_find("dop853", error);
     settings.t1 = (double)(slices - 1) * dt;
     settings.n_samples = slices - 1;
-    if (phys_ode_for(system, settings.integrator, &ode, error) == AD_OK &&
-        phys_ode_enter(&ode, 0, q, v, y, error) == AD_OK)
+    const struct phys_integrator *given = settings.integrator;
+    if (phys_ode_for(system, given ? given : phys_integrator_find("dop853", error), &ode, error) ==
+            AD_OK &&
+        phys_ode_enter(&ode, 0, q, v, y, error) == AD_OK &&
+        (settings.integrator = given ? given : phys_motion_method(&ode, y, error)))
         phys_trajectory(&settings, &ode, y, dof, slices, path, NULL, error);
     phys_ode_free(&ode);
     free(y);

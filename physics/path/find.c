@@ -5,7 +5,7 @@
 #include "newton.h"
 #include "path_units.h"
 #include "physics/lagrangian/conserved.h"
-#include "physics/motion/motion.h"
+#include "physics/motion/method.h"
 #include "physics/motion/time_scan.h"
 
 #include <math.h>
@@ -114,8 +114,10 @@ static enum ad_status follow(const struct search *s, const struct phys_ode *ode,
                 times[n++] = scan->times[k];
         times[n++] = t;
     }
+    if (phys_ode_enter(ode, 0, q, q + s->dof, y, error) != AD_OK)
+        return error->status;
     const struct phys_simulation how = {.size = sizeof how,
-                                        .integrator = phys_integrator_find("dop853", error),
+                                        .integrator = phys_motion_method(ode, y, error),
                                         .t1 = (double)(s->slices - 1) * settings->dt,
                                         .n_samples = n - 1,
                                         .times = settings->mesh || scan->n ? times + 1 : NULL,
@@ -124,7 +126,7 @@ static enum ad_status follow(const struct search *s, const struct phys_ode *ode,
                                         .max_steps = PHYS_MOTION_STEPS,
                                         .proceed = settings->proceed,
                                         .context = settings->context};
-    if (phys_ode_enter(ode, 0, q, q + s->dof, y, error) == AD_OK)
+    if (how.integrator)
         phys_trajectory(&how, ode, y, s->dof, n, wide, NULL, error);
     for (size_t i = 0, k = 0; i < s->slices; i++, k++) {
         while (times[k] != phys_grid_time(&grid, i))
