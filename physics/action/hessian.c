@@ -127,32 +127,59 @@ static struct block block_from(const struct phys_hessian *h, size_t first)
     return (struct block){first, rest < h->of->columns ? rest : h->of->columns};
 }
 
+/* Points of a block at one place of elements that follow each other: columns [from, to). */
+struct stretch {
+    size_t from, to, element;
+    const struct phys_hessian_point *at;
+};
+
+/* Those behind the present ones; false: there are none. */
+static bool next_stretch(const struct phys_hessian *h, struct block b, struct stretch *s)
+{
+    s->from = s->to;
+    size_t p = b.first + s->from, rest = b.count - s->from;
+    if (rest == 0)
+        return false;
+    s->element = element_of(h, p);
+    s->at = &h->point[p / h->elements];
+    s->to += rest < h->elements - s->element ? rest : h->elements - s->element;
+    return true;
+}
+
+/* q and v of coordinate d at a stretch, in the columns of q and v. */
+static void set_stretch(const struct phys_hessian *h, const struct stretch *s, const double *path,
+                        size_t d, double *q, double *v)
+{
+    size_t slices = h->elements + 1, degree = h->table.degree, count = s->to - s->from;
+    q += s->from;
+    v += s->from;
+    for (size_t k = 0; k <= degree; k++) {
+        const double *x = path + (k < degree ? (k * h->dof + d) * slices : d * slices + 1);
+        const double of_q = s->at->q[k], of_v = s->at->v[k];
+        for (size_t c = 0; c < count; c++) {
+            q[c] = (k ? q[c] : 0) + of_q * x[s->element + c];
+            v[c] = (k ? v[c] : 0) + of_v * x[s->element + c];
+        }
+    }
+    for (size_t c = 0; h->mesh && c < count; c++)
+        v[c] /= phys_hessian_length(h, s->element + c);
+}
+
 /* The path, or q, v and t of a block; columns beyond it repeat its last point. */
 static void set_block(struct phys_hessian *h, struct block b, const double *path, double start,
                       ad_program *program)
 {
-    size_t n = h->of->columns, slices = h->elements + 1, degree = h->table.degree;
+    size_t n = h->of->columns;
     double *q = h->of->work, *v = q + h->dof * n, *t = v + h->dof * n;
     if (h->of->path.tape) {
         ad_set(program, h->of->path, path);
         return;
     }
-    for (size_t c = 0; c < b.count; c++) {
-        size_t p = b.first + c, e = element_of(h, p);
-        const struct phys_hessian_point *at = &h->point[p / h->elements];
-        double length = phys_hessian_length(h, e);
-        t[c] = start + phys_hessian_slice_time(h, e) + at->time * length;
-        for (size_t d = 0; d < h->dof; d++) {
-            double qd = 0, vd = 0;
-            for (size_t k = 0; k <= degree; k++) {
-                double x =
-                    k < degree ? path[(k * h->dof + d) * slices + e] : path[d * slices + e + 1];
-                qd += at->q[k] * x;
-                vd += at->v[k] * x;
-            }
-            q[d * n + c] = qd;
-            v[d * n + c] = vd / length;
-        }
+    for (struct stretch s = {0}; next_stretch(h, b, &s);) {
+        for (size_t c = s.from, e = s.element; c < s.to; c++, e++)
+            t[c] = start + phys_hessian_slice_time(h, e) + s.at->time * phys_hessian_length(h, e);
+        for (size_t d = 0; d < h->dof; d++)
+            set_stretch(h, &s, path, d, q + d * n, v + d * n);
     }
     for (size_t row = 0; row < 2 * h->dof + 1; row++) /* of q, v and t */
         for (size_t c = b.count; c < n; c++)
@@ -166,16 +193,17 @@ static void add_gradient(struct phys_hessian *h, struct block b, ad_program *pro
 {
     size_t n = h->of->columns;
     const double *by_q = ad_data(program, h->of->L_q), *by_v = ad_data(program, h->of->L_v);
-    for (size_t c = 0; c < b.count; c++) {
-        const struct phys_hessian_point *at = &h->point[(b.first + c) / h->elements];
-        size_t e = element_of(h, b.first + c);
-        double *g = h->gradient + e * h->side, length = phys_hessian_length(h, e);
+    for (struct stretch s = {0}; next_stretch(h, b, &s);)
         for (size_t a = 0; a <= h->table.degree; a++) {
-            double of_q = at->weight * length * at->q[a], of_v = at->weight * at->v[a];
-            for (size_t d = 0; d < h->dof; d++)
-                g[a * h->dof + d] += of_q * by_q[d * n + c] + of_v * by_v[d * n + c];
+            const double weight = s.at->weight, of_v = weight * s.at->v[a];
+            for (size_t d = 0; d < h->dof; d++) {
+                double *g = h->gradient + s.element * h->side + a * h->dof + d;
+                for (size_t c = s.from, e = s.element; c < s.to; c++, e++, g += h->side) {
+                    double of_q = weight * phys_hessian_length(h, e) * s.at->q[a];
+                    *g += of_q * by_q[d * n + c] + of_v * by_v[d * n + c];
+                }
+            }
         }
-    }
 }
 
 /* Action and mean energy v L_v - L of a block. */

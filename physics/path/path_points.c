@@ -27,17 +27,18 @@ enum ad_status phys_path_program_over(struct phys_path_program *p, const struct 
     return p->x ? AD_OK : ad_fail(error, AD_E_MEMORY, "out of memory for a path");
 }
 
-/* Whether coordinate d of node `node` of the whole path moves. */
-static bool moves(const struct phys_path_settings *s, size_t node, size_t d)
+/* Zeros where the path is held. */
+static void hold(const struct phys_path_settings *s, size_t dof, double *g)
 {
-    size_t last = s->rule->degree * (s->slices - 1), hold = s->hold ? s->hold : 1;
-    for (size_t end = 0; end < 2; end++) {
-        size_t from_end = end ? last - node : node;
-        const bool *free = s->ends ? s->ends->free[end] : NULL;
-        if (from_end <= (hold - 1) * s->rule->degree && !(free && free[d]))
-            return false;
-    }
-    return true;
+    size_t degree = s->rule->degree, last = degree * (s->slices - 1), hold = s->hold ? s->hold : 1;
+    for (size_t end = 0; end < 2; end++)
+        for (size_t k = 0; k <= (hold - 1) * degree; k++) {
+            size_t node = end ? last - k : k;
+            const bool *free = s->ends ? s->ends->free[end] : NULL;
+            for (size_t d = 0; d < dof; d++)
+                if (!(free && free[d]))
+                    g[(node % degree * dof + d) * s->slices + node / degree] = 0;
+        }
 }
 
 struct phys_path_step phys_path_points_run(struct phys_path_program *p, size_t step)
@@ -48,13 +49,12 @@ struct phys_path_step phys_path_points_run(struct phys_path_program *p, size_t s
     double share = 1 / (s->dt * (double)n * bodies_of(p)), sum = 0;
     phys_hessian_gradient_at(h, p->x, 0);
     memset(p->g, 0, p->n * sizeof *p->g);
-    for (size_t e = 0; e < h->elements; e++)
-        for (size_t k = 0; k < h->side; k++) {
-            size_t node = e * degree + k / dof, d = k % dof;
-            if (moves(s, node, d))
-                p->g[(node % degree * dof + d) * n + node / degree] +=
-                    share * h->gradient[e * h->side + k];
-        }
+    for (size_t k = 0; k < h->side; k++) {
+        double *to = p->g + (k < degree * dof ? k * n : (k - degree * dof) * n + 1);
+        for (size_t e = 0; e < h->elements; e++)
+            to[e] += share * h->gradient[e * h->side + k];
+    }
+    hold(s, dof, p->g);
     for (size_t k = 0; k < p->n; k++)
         sum += p->g[k] * p->g[k];
     return (struct phys_path_step){.step = step,
