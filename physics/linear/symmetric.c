@@ -66,6 +66,8 @@ static void eliminate_one(double *a, size_t n, size_t k)
     for (size_t j = k + 1; j < n; j++) {
         double share = inverse * *at(a, n, j, k), *restrict to = a + j * n;
         const double *restrict from = a + k * n;
+        if (share == 0) /* of a band */
+            continue;
 #pragma omp simd
         for (size_t i = j; i < n; i++)
             to[i] -= share * from[i];

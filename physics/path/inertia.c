@@ -17,6 +17,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { WIDEST = 192 }; /* coordinates of an element that is not left to LAPACK */
+
 /* ---- elements ---- */
 
 /* Entry of an element's matrix in the order inner nodes, slice before, slice behind. */
@@ -56,13 +58,16 @@ static void hold_given(struct phys_inertia *c, size_t e)
     }
 }
 
-/* The matrix of an element in the order of c->order, by columns, in c->K; columns of the Hessian
-   hold the slice before, the inner nodes and the slice behind. */
+/* The matrix of an element in the order of c->order, by columns, in c->K; full columns of the
+   Hessian hold the slice before, the inner nodes and the slice behind. */
 static void fill_element(struct phys_inertia *c, size_t e)
 {
     const struct phys_hessian *h = c->hessian;
     size_t m = c->inner, n = c->dof, all = m + 2 * n;
-    for (size_t j = 0; j < all; j++) {
+    for (size_t j = 0; h->width < n && j < all; j++)
+        for (size_t i = j; i < all; i++)
+            c->K[j * all + i] = entry(c, e, i, j);
+    for (size_t j = 0; h->width == n && j < all; j++) {
         double *to = c->K + j * all;
         size_t column = c->order[j];
         const double *from = h->element + phys_hessian_place(h, e, 0, 0, column / n, column % n);
@@ -72,14 +77,14 @@ static void fill_element(struct phys_inertia *c, size_t e)
     }
 }
 
-/* condense for few inner nodes, with all of which all coordinates are coupled. */
+/* condense without LAPACK, which takes longer for small elements. */
 static bool reduce(struct phys_inertia *c, size_t e, double sigma, size_t *negative)
 {
     size_t m = c->inner, n = c->side, all = m + n;
     double length = length_of(c, e);
     fill_element(c, e);
     for (size_t i = 0; i < m; i++)
-        c->K[i * all + i] -= sigma * length * c->mass[1 + i / c->dof];
+        c->K[i * all + i] -= sigma * length * c->mass[c->order[i] / c->dof];
     if (phys_lapack_symmetric_reduce(all, m, c->K, c->pivots) != 0)
         return false;
     *negative = phys_lapack_symmetric_inertia(m, all, c->K, c->pivots, &c->log_determinant);
@@ -97,7 +102,7 @@ static bool condense(struct phys_inertia *c, size_t e, double sigma, size_t *neg
     size_t m = c->inner, n = c->side;
     double length = length_of(c, e);
     *negative = 0;
-    if (m > 0 && m <= PHYS_SMALL && c->hessian->width == c->dof)
+    if (m > 0 && m + n <= WIDEST)
         return reduce(c, e, sigma, negative);
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
@@ -109,7 +114,7 @@ static bool condense(struct phys_inertia *c, size_t e, double sigma, size_t *neg
     for (size_t j = 0; j < m; j++)
         for (size_t i = 0; i < m; i++)
             c->K[j * m + i] =
-                entry(c, e, i, j) - (i == j ? sigma * length * c->mass[1 + i / c->dof] : 0);
+                entry(c, e, i, j) - (i == j ? sigma * length * c->mass[c->order[i] / c->dof] : 0);
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < m; i++)
             c->C[j * m + i] = entry(c, e, i, m + j);
@@ -134,6 +139,15 @@ static double block(const struct phys_inertia *c, const double *S, size_t a, siz
     return S[(b * c->dof + j) * c->side + a * c->dof + i];
 }
 
+static double dot(size_t n, const double *x, const double *y)
+{
+    double sum = 0;
+#pragma omp simd reduction(+ : sum)
+    for (size_t k = 0; k < n; k++)
+        sum += x[k] * y[k];
+    return sum;
+}
+
 /* Y = D^-1 B for the B of the element in c->S, by columns; X = B^T Y. D is factored. */
 static void eliminate(struct phys_inertia *c)
 {
@@ -142,8 +156,11 @@ static void eliminate(struct phys_inertia *c)
         for (size_t i = 0; i < n; i++)
             c->Y[j * n + i] = block(c, c->S, 0, 1, i, j);
     phys_lapack_symmetric_solve(n, c->D, c->pivots, n, c->Y);
-    ad_blas_gemm(AD_F64, false, true, n, n, n, c->Y, n, c->S + n * c->side, c->side, false, c->X,
-                 n);
+    const double *B = c->S + n * c->side;
+    for (size_t k = 0; n <= PHYS_SMALL && k < n * n; k++)
+        c->X[k] = dot(n, c->Y + k / n * n, B + k % n * c->side);
+    if (n > PHYS_SMALL)
+        ad_blas_gemm(AD_F64, false, true, n, n, n, c->Y, n, B, c->side, false, c->X, n);
 }
 
 /* `more` points conjugate to the start between slices i and i + 1. */
@@ -237,8 +254,12 @@ bool phys_inertia_new(struct phys_inertia *c, struct phys_hessian *h)
     c->order = malloc((m + 2 * n) * sizeof *c->order);
     if (!c->K || !c->pivots || !c->order)
         return false;
+    size_t nodes = h->table.degree - 1; /* by coordinate where L couples neighbours alone */
     for (size_t k = 0; k < m + 2 * n; k++)
-        c->order[k] = k < m ? n + k : k < m + n ? k - m : k;
+        c->order[k] = k >= m + n      ? k
+                      : k >= m        ? k - m
+                      : h->width == n ? n + k
+                                      : (1 + k % nodes) * n + k / nodes;
     c->C = c->K + m * m;
     c->S = c->C + 4 * n * m + 4 * n * n; /* behind a whole element */
     c->before = c->S + 4 * n * n;
