@@ -11,7 +11,6 @@
 #include <stdlib.h>
 
 static const double ROUNDING = 16; /* of an eigenvalue, in units of the largest */
-enum { SLOW = 3 };                 /* steps that leave more than half */
 static const double ROUGH = 0.01;  /* relative error of eigenvalues that are not reported */
 enum { CHEAP = 40 };               /* dof * degree up to which sixty eliminations are cheap */
 
@@ -31,25 +30,32 @@ static bool is_above(struct phys_inertia *c, size_t k, struct shift *shift)
     return shift->below > k;
 }
 
-/* A shift between both, not nearer to either than half of `least`: by their order of size, else by
-   the determinant where that changes its sign once between them. */
-static double between(const struct shift *low, const struct shift *high, double least)
+/* The determinant at a shift, over exp(scale). */
+static double determinant(const struct shift *s, double scale)
 {
-    double width = high->at - low->at, near = fmin(fabs(low->at), fabs(high->at));
-    double far = fmax(fabs(low->at), fabs(high->at)), share = 0.5;
-    if (far > 4 * fmax(near, least) && low->at * high->at >= 0)
-        return (high->at > 0 ? 1 : -1) * sqrt(fmax(near, least) * far);
-    if (high->below == low->below + 1)
-        share = 1 / (1 + exp(high->log - low->log));
-    return low->at + fmax(least / 2, fmin(width - least / 2, share * width));
+    return (s->below % 2 ? -1 : 1) * exp(s->log - scale);
+}
+
+/* Where the determinant is 0 between the shifts x and y, as a share of the way: by inverse
+   quadratic interpolation with a third one beyond x or y where that is safe, else in the middle
+   (Chandrupatla, Adv. Eng. Software 28, 145, 1997). */
+static double zero_between(const struct shift *x, const struct shift *y, const struct shift *third)
+{
+    double scale = fmax(x->log, fmax(y->log, third->log)), f = determinant(x, scale),
+           g = determinant(y, scale), h = determinant(third, scale);
+    double at = (x->at - y->at) / (third->at - y->at), value = (f - g) / (h - g);
+    if (!(value * value < at && (1 - value) * (1 - value) < 1 - at))
+        return 0.5;
+    return f / (g - f) * h / (g - h) +
+           (third->at - x->at) / (y->at - x->at) * f / (h - f) * g / (h - g);
 }
 
 /* Eigenvalue k, ascending from 0, to rounding or a relative error: shifts on either side of it are
-   brought together by the secant method (Illinois), or by halves where that is slow. INFINITY:
-   there are fewer. */
+   brought together by order of size, then by halves, and by the determinant where it is alone.
+   INFINITY: there are fewer. */
 static double eigenvalue(struct phys_inertia *c, size_t k, double relative)
 {
-    struct shift end[2] = {{0}}, next = {0};
+    struct shift end[2] = {{0}}, next = {0}, replaced;
     bool side = is_above(c, k, &next), above = side;
     for (; above == side && !c->hessian->stopped; above = is_above(c, k, &next)) {
         end[side] = next;
@@ -57,19 +63,23 @@ static double eigenvalue(struct phys_inertia *c, size_t k, double relative)
         if (next.at > PHYS_BEYOND_SPECTRUM * c->scale)
             return (double)INFINITY;
     }
-    end[!side] = next;
-    for (size_t slow = 0; !c->hessian->stopped;) {
-        double near = fmin(fabs(end[0].at), fabs(end[1].at)), width = end[1].at - end[0].at;
+    replaced = end[!side] = next;
+    while (!c->hessian->stopped) {
+        const struct shift *low = &end[0], *high = &end[1], *here = &end[above];
+        double near = fmin(fabs(low->at), fabs(high->at)), width = high->at - low->at;
+        double far = fmax(fabs(low->at), fabs(high->at)), share = 0.5;
         double least = fmax(4 * DBL_EPSILON * c->scale, relative * near);
         if (width <= least)
             break;
-        next.at = slow < SLOW ? between(&end[0], &end[1], least) : end[0].at + 0.5 * width;
-        bool before = above;
+        if (high->below == low->below + 1)
+            share = zero_between(here, &end[!above], &replaced);
+        share = fmax(0.5 * least / width, fmin(1 - 0.5 * least / width, share));
+        next.at = far > 4 * fmax(near, least) && low->at * high->at >= 0
+                      ? (high->at > 0 ? 1 : -1) * sqrt(fmax(near, least) * far)
+                      : here->at + share * (end[!above].at - here->at);
         above = is_above(c, k, &next);
+        replaced = end[above];
         end[above] = next;
-        if (above == before)
-            end[!above].log -= M_LN2;
-        slow = slow < SLOW && end[1].at - end[0].at > 0.5 * width ? slow + 1 : 0;
     }
     return 0.5 * (end[0].at + end[1].at);
 }
