@@ -172,8 +172,10 @@ def motions(folder, quick):
 def boundaries(folder, quick):
     ours = read((folder / "boundaries.csv").read_text())
     scipy = read(python("boundaries_scipy.py", ["numpy", "scipy"], *quick))
+    casadi = read(python("boundaries_casadi.py", ["numpy", "scipy", "casadi"], *quick))
     peers = {
         "SciPy": (scipy, scipy and version_of("scipy")),
+        "CasADi": (casadi, casadi and version_of("casadi")),
         "COLNEW": (read(colnew("boundaries_colnew.cpp")), "Scilab"),
     }
     return list(to_errors("path", ACCURACIES, ours, peers))
