@@ -1,8 +1,8 @@
 /* A Newton step of a path by blocks: solves H - i m over the free nodes, H being the sum of the
    element matrices. The inner nodes of each element are eliminated first, as a band where L couples
    neighbours alone; the blocks of the slices then in order of time. */
-#ifndef PHYSICS_PATH_BLOCK_TRIDIAGONAL_H
-#define PHYSICS_PATH_BLOCK_TRIDIAGONAL_H
+#ifndef PHYSICS_PATH_BLOCKS_BLOCK_TRIDIAGONAL_H
+#define PHYSICS_PATH_BLOCKS_BLOCK_TRIDIAGONAL_H
 
 #include "physics/action/hessian.h"
 

@@ -1,7 +1,7 @@
 /* Blocks of a Newton step (block_tridiagonal.h): elements without their inner nodes
    (condensed_element.c) and the elimination of slices (block_tridiagonal.c). */
-#ifndef PHYSICS_PATH_CONDENSED_ELEMENT_H
-#define PHYSICS_PATH_CONDENSED_ELEMENT_H
+#ifndef PHYSICS_PATH_BLOCKS_CONDENSED_ELEMENT_H
+#define PHYSICS_PATH_BLOCKS_CONDENSED_ELEMENT_H
 
 #include "block_tridiagonal.h"
 

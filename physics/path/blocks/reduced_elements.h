@@ -1,8 +1,8 @@
 /* A Newton step of a path by elements that are reduced to their ends, where L couples all
    coordinates and nothing is damped: symmetric factors of each element without its slices (Bunch,
    Kaufman), then a band over the slices. A third of the operations of one band, or less. */
-#ifndef PHYSICS_PATH_REDUCED_ELEMENTS_H
-#define PHYSICS_PATH_REDUCED_ELEMENTS_H
+#ifndef PHYSICS_PATH_BLOCKS_REDUCED_ELEMENTS_H
+#define PHYSICS_PATH_BLOCKS_REDUCED_ELEMENTS_H
 
 #include "physics/action/hessian.h"
 
