@@ -76,8 +76,9 @@ static int run(const struct command *command, int argc, char *const argv[], stru
         else if (common->version)
             puts("leastaction " LEASTACTION_VERSION);
         else
-            status =
-                common->scan.n ? scan_run(command, common, error) : command->run(common, error);
+            status = common->scan.n || common->sweep.n || common->seeds
+                         ? scan_run(command, common, error)
+                         : command->run(common, error);
         options_free(&command->line, common);
         AD_FREE(common, text);
         return status;

@@ -30,10 +30,21 @@ static const struct option scene[] = {
 static const struct option scans[] = {
     {"scan", "NAME=FROM:TO:N", OPTION_TEXTS, NULL,
      "runs at N values of a parameter, or, given twice, of two; :log spaces them so", AT(scan)},
+};
+
+static const struct option sweeps[] = {
+    {"sweep", "OPTION=VALUE,...", OPTION_TEXTS, NULL,
+     "runs with each of some values of an option, or FROM:TO:N[:log]", AT(sweep)},
+    {"seeds", "FROM:TO", OPTION_TEXT, NULL, "runs with each --seed from FROM to TO", AT(seeds)},
     {"curves", "KEY,...", OPTION_TEXT, NULL,
-     "which numbers of a scan are shown, by their JSON keys [those that vary]; of items FROM-TO "
+     "which numbers of such runs are shown, by their JSON keys [those that vary]; of items FROM-TO "
      "all as points of one panel: events.30-40.v.1",
      AT(curves)},
+};
+
+static const struct option tables[] = {
+    {"csv", "FILE", OPTION_OUTPUT, NULL,
+     "with --sweep or --seeds: their table; - is standard output", AT(csv)},
 };
 
 static const struct option outputs[] = {
@@ -51,31 +62,47 @@ enum { FILES_MOST = 16 }; /* arguments and options of a subcommand that name fil
 
 /* ---- the rows of a command line: its own, then the common ones ---- */
 
+enum { PARTS = 7 };
+
+struct part {
+    const struct option *row;
+    size_t n;
+};
+
+static void find_parts(const struct command_line *line, struct part part[PARTS])
+{
+    const bool scanned = line->scene && line->outputs;
+    const struct part all[PARTS] = {{line->options, line->n_options},
+                                    {scene, line->scene ? COUNT(scene) : 0},
+                                    {outputs, line->outputs ? COUNT(outputs) : 0},
+                                    {tables, line->members ? COUNT(tables) : 0},
+                                    {scans, scanned ? COUNT(scans) : 0},
+                                    {sweeps, scanned || line->members ? COUNT(sweeps) : 0},
+                                    {general, COUNT(general)}};
+    memcpy(part, all, sizeof all);
+}
+
 size_t options_rows(const struct command_line *line)
 {
-    return line->n_options + (line->scene ? COUNT(scene) : 0) +
-           (line->scene && line->outputs ? COUNT(scans) : 0) +
-           (line->outputs ? COUNT(outputs) : 0) + COUNT(general);
+    struct part part[PARTS];
+    size_t rows = 0;
+    find_parts(line, part);
+    for (size_t p = 0; p < PARTS; p++)
+        rows += part[p].n;
+    return rows;
 }
 
 const struct option *options_row(const struct command_line *line, size_t k)
 {
-    const struct {
-        const struct option *row;
-        size_t n;
-    } part[] = {{line->options, line->n_options},
-                {scene, line->scene ? COUNT(scene) : 0},
-                {outputs, line->outputs ? COUNT(outputs) : 0},
-                {scans, line->scene && line->outputs ? COUNT(scans) : 0},
-                {general, COUNT(general)}};
+    struct part part[PARTS];
     size_t p = 0;
+    find_parts(line, part);
     while (k >= part[p].n)
         k -= part[p++].n;
     return &part[p].row[k];
 }
 
-/* The row of an option; the number of rows if there is none. */
-static size_t find(const struct command_line *line, const char *name, size_t length)
+size_t options_find(const struct command_line *line, const char *name, size_t length)
 {
     size_t k = 0;
     while (k < options_rows(line) && (strlen(options_row(line, k)->name) != length ||
@@ -89,7 +116,7 @@ enum ad_status options_refuse(const struct common *common, const char *names, co
 {
     for (size_t length; *names; names += length + (names[length] == ' ')) {
         length = strcspn(names, " ");
-        if (common->given >> find(common->line, names, length) & 1)
+        if (common->given >> options_find(common->line, names, length) & 1)
             return ad_fail(error, AD_E_ARGUMENT, "--%.*s %s", (int)length, names, what);
     }
     return AD_OK;
@@ -142,7 +169,7 @@ static enum ad_status parse_option(const struct command_line *line, int argc, ch
 {
     const char *name = argv[*word] + 2, *equals = strchr(name, '=');
     size_t length = equals ? (size_t)(equals - name) : strlen(name);
-    size_t row = find(line, name, length);
+    size_t row = options_find(line, name, length);
     if (row == options_rows(line))
         return unknown(line, name, length, error);
     const struct option *option = options_row(line, row);
@@ -183,8 +210,8 @@ static enum ad_status parse_argument(const struct command_line *line, const char
 
 /* No output may be an input or another output. A picture without gnuplot leaves its data and
    script. */
-static enum ad_status check_files(const struct command_line *line, const struct common *common,
-                                  struct ad_error *error)
+enum ad_status options_check_files(const struct command_line *line, const struct common *common,
+                                   struct ad_error *error)
 {
     struct file_name files[FILES_MOST];
     char *beside[2] = {NULL, NULL};
@@ -219,7 +246,7 @@ static enum ad_status check_arguments(const struct command_line *line, const str
         if (line->arguments[k][0] != '[')
             return ad_fail(error, AD_E_ARGUMENT, "missing argument %s; expected: %s",
                            line->arguments[k], form);
-    return check_files(line, common, error);
+    return options_check_files(line, common, error);
 }
 
 enum ad_status options_parse(const struct command_line *line, int argc, char *const argv[],

@@ -60,7 +60,8 @@ struct common {
     const char *out, *csv, *log, *plot; /* where the subcommand has results to write */
     struct settings set;                /* where it opens a scene */
     struct texts scan;                  /* where it does both */
-    const char *curves;
+    struct texts sweep;                 /* there, and where each run keeps files of its own */
+    const char *seeds, *curves;
     struct scan *scanning;   /* that this run belongs to: its report goes there; NULL: none */
     const char *argument[2]; /* what is not an option, in order; NULL beyond the last */
     size_t n_arguments;
@@ -76,6 +77,7 @@ struct command_line {
     bool names;               /* the arguments are names, never files to read */
     bool scene;               /* takes --set */
     bool outputs;             /* takes --out, --csv and --plot */
+    bool members;             /* each run of a sweep keeps files of its own, named after it */
     const struct option *options;
     size_t n_options;
     const char *more; /* closing paragraph of --help, or NULL */
@@ -91,6 +93,11 @@ void options_free(const struct command_line *line, void *values);
 /* The rows of a command line: its own, then those that every subcommand takes. */
 size_t options_rows(const struct command_line *line);
 const struct option *options_row(const struct command_line *line, size_t k);
+/* The row of an option whose name has this length; the number of rows if there is none. */
+size_t options_find(const struct command_line *line, const char *name, size_t length);
+/* No output may be an input or another output: AD_E_ARGUMENT. */
+enum ad_status options_check_files(const struct command_line *line, const struct common *common,
+                                   struct ad_error *error);
 
 /* The text of --help. */
 void options_help(const struct command_line *line, FILE *out);

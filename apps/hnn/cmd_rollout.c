@@ -28,7 +28,9 @@ static int run(const void *values, struct ad_error *error)
 {
     const struct rollout_options *options = values;
     hnn_model *model;
-    if (hnn_model_load(options->common.argument[0], &model, error) == AD_OK)
+    if (rollout_is_ensemble(options->common.argument[0]))
+        rollout_ensemble(options, error);
+    else if (hnn_model_load(options->common.argument[0], &model, error) == AD_OK)
         (hnn_model_settings(model)->pixels ? rollout_pixels : rollout_states)(options, model,
                                                                               error);
     return command_status(error);
@@ -97,6 +99,8 @@ const struct command command_rollout = {
              "the values of H that the model was trained on, the report says so. Energy is added\n"
              "to models with an H alone: in a baseline's field no direction is that of more\n"
              "energy, so --add-energy --against a baseline is refused.\n\n"
+             "Of the table of `train --seeds` or `--sweep` all models are followed: their mean,\n"
+             "standard deviation, least and largest value at each output, and of each error.\n\n"
              "Of a model of pixels --truth is `pixels`, or frames as `train` takes them. It is\n"
              "shown the first two, and foresees N more (--time N [300]; time and DT are counted\n"
              "in frames). The energy that frames show is measured by fitting drawn rods to them,\n"

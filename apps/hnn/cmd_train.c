@@ -129,6 +129,7 @@ const struct command command_train = {
         {.name = "train",
          .what = "a Hamiltonian or Lagrangian neural network from data",
          .arguments = {"DATA"},
+         .members = true,
          .options = table,
          .n_options = sizeof table / sizeof *table,
          .more =

@@ -72,6 +72,21 @@ enum ad_status rollout_steps(const struct rollout_options *options,
 enum ad_status rollout_run(void *run, struct ad_error *error);
 extern const struct output_kind rollout_outputs;
 
+/* A number of every model: a row of the report, its value at this offset of struct rollout_model.
+ */
+struct rollout_row {
+    const char *key, *label;
+    size_t offset;
+};
+
+/* A table of `train --seeds` or `--sweep`, whose models are followed together
+   (rollout_ensemble.c). */
+bool rollout_is_ensemble(const char *file);
+enum ad_status rollout_ensemble(const struct rollout_options *options, struct ad_error *error);
+
+/* The numbers of a model that are reported. */
+size_t rollout_numbers(const struct rollout_row **rows);
+
 /* Of a network the name says little: "hnn", "baseline". */
 const char *rollout_name(const struct rollout_model *model);
 
@@ -88,12 +103,6 @@ enum ad_status rollout_picture(const void *run, struct plot *plot, struct ad_err
 
 /* ---- shared with rollouts of pixels ---- */
 
-/* A number of every model: a row of the report, its value at this offset of struct rollout_model.
- */
-struct rollout_row {
-    const char *key, *label;
-    size_t offset;
-};
 /* The first model's rows belong to the run, the second's to the object "against". */
 void rollout_report_models(struct report *report, size_t n_rows, const struct rollout_row rows[],
                            size_t n, const struct rollout_model models[]);

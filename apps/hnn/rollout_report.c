@@ -43,11 +43,10 @@ void rollout_report_models(struct report *report, size_t n_rows, const struct ro
     report->object = NULL;
 }
 
-static void report_run(const void *context, struct report *report)
+size_t rollout_numbers(const struct rollout_row **rows)
 {
-    const struct rollout_run *run = context;
 #define AT(member) offsetof(struct rollout_model, member)
-    static const struct rollout_row rows[] = {
+    static const struct rollout_row all[] = {
         {"energy_mse", "true energy, MSE", AT(energy_mse)},
         {"energy_mse_published", "  as published", AT(score.energy_mse_published)},
         {"energy_mse_model", "H of the model, MSE", AT(energy_mse_model)},
@@ -56,6 +55,15 @@ static void report_run(const void *context, struct report *report)
         {"reversal_error", "reversal error", AT(info.reversal_error)},
     };
 #undef AT
+    *rows = all;
+    return sizeof all / sizeof *all;
+}
+
+static void report_run(const void *context, struct report *report)
+{
+    const struct rollout_run *run = context;
+    const struct rollout_row *rows;
+    const size_t n_rows = rollout_numbers(&rows);
     const struct hnn_rollout_settings *s = &run->settings;
     double time = s->t[s->n - 1] - s->t[0];
     size_t starts = option_count_or(run->options->starts, 1);
@@ -66,7 +74,7 @@ static void report_run(const void *context, struct report *report)
     report_count(report, "starts", NULL, starts);
     report_count(report, "points", NULL, s->n);
     report_number(report, "time", NULL, NULL, time);
-    rollout_report_models(report, sizeof rows / sizeof *rows, rows, run->n_models, run->model);
+    rollout_report_models(report, n_rows, rows, run->n_models, run->model);
 }
 
 /* ---- CSV ---- */

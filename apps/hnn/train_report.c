@@ -151,8 +151,10 @@ void train_report(const struct train_run *run, struct report *report)
         report_columns(run, report);
     report_loss(run, report);
     report_count(report, "steps", NULL, hnn_trainer_step(trainer));
+    report->passing = true;
     report_number(report, "seconds", NULL, "s", hnn_trainer_seconds(trainer));
     report_number(report, "ms_per_step", NULL, "ms", ms_per_step(run));
+    report->passing = false;
     report_count(report, "parameters", NULL, hnn_model_size(run->model));
     report_count(report, "train_samples", "training samples", run->train.n);
     report_count(report, "test_samples", run->test.n ? "test samples" : NULL, run->test.n);

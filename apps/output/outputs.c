@@ -4,7 +4,6 @@
 #include "apps/command.h"
 #include "apps/interrupt.h"
 #include "page.h"
-#include "scan.h"
 
 static void abandon(struct outputs *outputs)
 {
@@ -53,10 +52,8 @@ enum ad_status outputs_run(const struct output_kind *kind, const struct common *
     struct report report = {0};
     if (common->scanning) {
         if ((!kind->begin || kind->begin(run, &(struct outputs){0}, error) == AD_OK) &&
-            (!go || go(run, error) == AD_OK)) {
+            (!go || go(run, error) == AD_OK))
             kind->report(run, &report);
-            scan_take(common->scanning, &report);
-        }
         return report_show(&report, common, error);
     }
     if (begin(common, &outputs, error) != AD_OK)

@@ -1,6 +1,7 @@
 /* A report as JSON, and in an HDF5 file (report.h). */
 #include "report_rows.h"
 #include "json.h"
+#include "scan.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -163,7 +164,9 @@ void report_parameters(const struct phys_system *system, phys_hdf5 *file)
 enum ad_status report_show(struct report *report, const struct common *common,
                            struct ad_error *error)
 {
-    if (error->status == AD_OK && common->json)
+    if (error->status == AD_OK && common->scanning)
+        scan_take(common->scanning, report);
+    else if (error->status == AD_OK && common->json)
         report_json(report, stdout, error);
     else if (error->status == AD_OK && !common->quiet)
         report_print(report, stdout, error);

@@ -1,8 +1,8 @@
 /* Scans of parameters (scan.h). */
 #include "apps/interrupt.h"
 #include "autodiff/free.h"
-#include "hnn/hnn.h"
 #include "physics/io/grow.h"
+#include "progress.h"
 #include "report_rows.h"
 #include "scan_parts.h"
 
@@ -11,86 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define COUNT_OF(a) (sizeof(a) / sizeof(a)[0])
-
-double scan_between(const struct axis_of_scan *a, double k)
-{
-    const double share = k / (double)(a->n - 1);
-    if (share == 1)
-        return a->to;
-    return a->log ? a->from * pow(a->to / a->from, share) : a->from + (a->to - a->from) * share;
-}
-
-size_t scan_place(const struct scan *scan, size_t axis, size_t run)
-{
-    return axis + 1 < scan->axes ? run / scan->axis[1].n : run % scan->axis[axis].n;
-}
-
-double scan_value(const struct scan *scan, size_t axis, size_t run)
-{
-    return scan_between(&scan->axis[axis], (double)scan_place(scan, axis, run));
-}
-
-/* NAME=FROM:TO:N, or NAME=FROM:TO:N:log */
-static enum ad_status read_axis(struct scan *scan, const char *text, struct ad_error *error)
-{
-    struct axis_of_scan *a = &scan->axis[scan->axes];
-    char copy[256], *part[4] = {NULL}, *next = NULL;
-    uint64_t n = 0;
-    size_t parts = 0;
-    snprintf(copy, sizeof copy, "%s", text);
-    char *equals = strchr(copy, '=');
-    for (char *p = equals ? equals + 1 : NULL; p && parts < COUNT_OF(part); p = next) {
-        next = strchr(p, ':');
-        if (next)
-            *next++ = '\0';
-        part[parts++] = p;
-    }
-    if (!equals || parts < 3 || next || strlen(text) >= sizeof copy ||
-        !options_number(part[0], &a->from) || !options_number(part[1], &a->to) ||
-        !options_integer(part[2], MOST, &n) || n < 2 || a->from == a->to ||
-        (part[3] && strcmp(part[3], "log") != 0))
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "--scan: expected NAME=FROM:TO:N, N from 2, as in m=1:2:11, or "
-                       "m=1:100:5:log, got '%s'",
-                       text);
-    a->log = part[3] != NULL;
-    if (a->log && !(a->from > 0 && a->to > 0))
-        return ad_fail(error, AD_E_ARGUMENT, "--scan: log needs values above 0, got '%s'", text);
-    a->n = (size_t)n;
-    snprintf(a->name, sizeof a->name, "%.*s", (int)(equals - copy), copy);
-    scan->axes++;
-    return AD_OK;
-}
-
-/* Names and units of the parameters, before anything runs. */
-static enum ad_status check_axes(struct scan *scan, struct ad_error *error)
-{
-    struct phys_system system;
-    const struct settings *set = &scan->common->set;
-    for (size_t k = 0; k < COUNT_OF(scan->common->argument); k++)
-        if (scan->common->line->arguments[k] && strstr(scan->common->line->arguments[k], "SCENE"))
-            scan->scene = scan->common->argument[k];
-    if (!scan->scene)
-        return ad_fail(error, AD_E_ARGUMENT, "--scan needs a scene");
-    if (hnn_system_open(scan->scene, &system, error) == AD_OK)
-        for (size_t k = 0; k < scan->axes && error->status == AD_OK; k++) {
-            struct axis_of_scan *a = &scan->axis[k];
-            for (size_t i = 0; i < set->n; i++)
-                if (strcmp(set->setting[i].name, a->name) == 0)
-                    ad_fail(error, AD_E_ARGUMENT, "--scan does not go with --set %s", a->name);
-            if (k == 1 && strcmp(a->name, scan->axis[0].name) == 0)
-                ad_fail(error, AD_E_ARGUMENT, "--scan: %s twice", a->name);
-            if (isnan(phys_system_get(&system, a->name)))
-                phys_system_set(&system, a->name, a->from, error); /* names the nearest */
-            for (size_t i = 0; i < system.scene->n_params; i++)
-                if (strcmp(system.scene->params[i].name, a->name) == 0)
-                    snprintf(a->unit, sizeof a->unit, "%s",
-                             system.scene->params[i].unit ? system.scene->params[i].unit : "");
-        }
-    phys_system_close(&system);
-    return error->status;
-}
+enum { FILES_OF_MEMBER = 4 };
 
 static struct result_column *column_of(struct scan *scan, const char *key, const char *unit,
                                        bool labelled)
@@ -152,25 +73,61 @@ void scan_take(struct scan *scan, const struct report *report)
     }
 }
 
-/* One run, with the scanned values behind the others of --set. */
-static void run_one(struct scan *scan, struct ad_error *error)
+/* The files that a run of a command with members writes for itself. */
+static enum ad_status name_files(const struct scan *scan, struct common *member,
+                                 char *name[FILES_OF_MEMBER], struct ad_error *error)
+{
+    const struct command_line *line = &scan->command->line;
+    size_t n = 0;
+    for (size_t k = 0; k < options_rows(line); k++) {
+        const struct option *option = options_row(line, k);
+        const char **file = (const char **)(void *)((char *)member + option->offset);
+        if (option->kind != OPTION_OUTPUT || file == &member->csv || !*file ||
+            strcmp(*file, "-") == 0 || n == FILES_OF_MEMBER)
+            continue;
+        *file = name[n] = scan_member_file(scan, scan->run, *file);
+        if (!name[n++])
+            return ad_fail(error, AD_E_MEMORY, "out of memory");
+    }
+    return options_check_files(line, member, error);
+}
+
+/* The options of the run that is on, whose parameters are behind the others of --set. */
+static enum ad_status set_member(const struct scan *scan, struct common *member,
+                                 struct phys_setting *settings, char *name[FILES_OF_MEMBER],
+                                 struct ad_error *error)
+{
+    const struct settings *set = &scan->common->set;
+    size_t n = set->n;
+    memcpy(member, scan->common, scan->command->bytes);
+    if (n)
+        memcpy(settings, set->setting, n * sizeof *settings);
+    for (size_t a = 0; a < scan->axes; a++)
+        if (!scan->axis[a].option)
+            settings[n++] =
+                (struct phys_setting){scan->axis[a].name, scan_value(scan, a, scan->run)};
+    member->set = (struct settings){n, settings};
+    if (!scan->command->line.members)
+        member->out = NULL;
+    member->quiet = true;
+    member->json = false;
+    member->scanning = (struct scan *)scan;
+    if (scan_axes_store(scan, scan->run, member, error) == AD_OK && scan->command->line.members)
+        name_files(scan, member, name, error);
+    return error->status;
+}
+
+/* One run; `only_check`: whether it could be. */
+static void run_one(struct scan *scan, bool only_check, struct ad_error *error)
 {
     struct ad_error missed = {0};
-    const struct settings *set = &scan->common->set;
     struct common *member = malloc(scan->command->bytes);
-    struct phys_setting *settings = calloc(set->n + scan->axes, sizeof *settings);
-    if (member && settings) {
-        memcpy(member, scan->common, scan->command->bytes);
-        if (set->n)
-            memcpy(settings, set->setting, set->n * sizeof *settings);
-        for (size_t a = 0; a < scan->axes; a++)
-            settings[set->n + a] =
-                (struct phys_setting){scan->axis[a].name, scan_value(scan, a, scan->run)};
-        member->set = (struct settings){set->n + scan->axes, settings};
-        member->out = member->csv = member->plot = NULL;
-        member->quiet = true;
-        member->json = false;
-        member->scanning = scan;
+    struct phys_setting *settings = calloc(scan->common->set.n + scan->axes, sizeof *settings);
+    char *name[FILES_OF_MEMBER] = {NULL};
+    if (!member || !settings) {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    } else if (set_member(scan, member, settings, name, error) == AD_OK && !only_check) {
+        member->csv = member->plot = NULL; /* of the table */
         const int status = scan->command->run(member, &missed);
         scan->status[scan->run] = status;
         if (status == WRONG_USE && scan->done == 0) /* so would be all */
@@ -180,9 +137,9 @@ static void run_one(struct scan *scan, struct ad_error *error)
             scan->why = missed;
         }
         scan->done += status != WRONG_USE;
-    } else {
-        ad_fail(error, AD_E_MEMORY, "out of memory");
     }
+    for (size_t k = 0; k < FILES_OF_MEMBER; k++)
+        free(name[k]);
     AD_FREE(member, settings);
 }
 
@@ -260,40 +217,67 @@ static enum ad_status choose(struct scan *scan, struct ad_error *error)
 static enum ad_status run_all(void *context, struct ad_error *error)
 {
     struct scan *scan = context;
-    for (; scan->run < scan->runs && error->status == AD_OK; scan->run++) {
-        run_one(scan, error);
+    const bool members = scan->command->line.members;
+    struct progress progress;
+    progress_start(&progress, scan->common->quiet || !members, NULL);
+    for (scan->run = 0; scan->run < scan->runs && error->status == AD_OK; scan->run++) {
+        if (progress_due(&progress))
+            progress_line(&progress, (double)scan->run, (double)scan->runs, "run %zu of %zu",
+                          scan->run + 1, scan->runs);
+        run_one(scan, false, error);
         if (interrupted() && error->status == AD_OK)
-            return ad_fail(error, AD_E_ACCURACY, "--scan: ended on request after %zu of %zu runs",
-                           scan->run + 1, scan->runs);
+            ad_fail(error, AD_E_ACCURACY, "ended on request in run %zu of %zu%s", scan->run + 1,
+                    scan->runs, members ? "; --resume goes on" : "");
     }
+    progress_end(&progress);
     if (scan->no_memory)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     return error->status == AD_OK ? choose(scan, error) : error->status;
 }
 
+/* " at lr = 1e-2, seed = 3" */
+static void name_run(const struct scan *scan, size_t run, size_t size, char *text)
+{
+    size_t used = 0;
+    for (size_t a = 0; a < scan->axes && used < size; a++) {
+        const struct axis_of_scan *axis = &scan->axis[a];
+        const char *between = a ? ", " : "";
+        used += (size_t)(axis->option ? snprintf(text + used, size - used, "%s%s = %s", between,
+                                                 axis->name, axis->text[scan_place(scan, a, run)])
+                                      : snprintf(text + used, size - used, "%s%s = %g", between,
+                                                 axis->name, scan_value(scan, a, run)));
+    }
+}
+
+/* Files of the members that are none of the inputs are found before the first run. */
+static enum ad_status check_members(struct scan *scan, struct ad_error *error)
+{
+    for (scan->run = 0; scan->run < scan->runs && error->status == AD_OK; scan->run++)
+        run_one(scan, true, error);
+    return error->status;
+}
+
 int scan_run(const struct command *command, const struct common *common, struct ad_error *error)
 {
+    struct common table = *common; /* whose outputs are those of the table */
     struct scan scan = {.command = command, .common = common, .runs = 1};
-    if (common->scan.n > AXES)
-        ad_fail(error, AD_E_ARGUMENT, "--scan: at most %d parameters, got %zu", AXES,
-                common->scan.n);
-    for (size_t k = 0; k < common->scan.n && error->status == AD_OK; k++)
-        if (read_axis(&scan, common->scan.text[k], error) == AD_OK)
-            scan.runs *= scan.axis[k].n;
-    if (error->status == AD_OK && scan.runs > MOST)
-        ad_fail(error, AD_E_ARGUMENT, "--scan: %zu runs; expected at most %d", scan.runs, MOST);
-    if (error->status == AD_OK && check_axes(&scan, error) == AD_OK) {
+    char where[200];
+    table.log = command->line.members ? NULL : common->log;
+    if (scan_axes_read(&scan, error) == AD_OK && check_members(&scan, error) == AD_OK) {
         scan.status = calloc(scan.runs, sizeof *scan.status);
-        if (!scan.status)
+        if (!scan.status) {
             ad_fail(error, AD_E_MEMORY, "out of memory");
-        else if (outputs_run(&scan_outputs, common, &scan, run_all, error) == AD_OK && scan.missed)
+        } else if (outputs_run(&scan_outputs, &table, &scan, run_all, error) == AD_OK &&
+                   scan.missed) {
+            name_run(&scan, scan.first, sizeof where, where);
             ad_fail(error, AD_E_ACCURACY,
-                    "%zu of %zu runs did not reach what was asked; at %s = %g: %.300s", scan.missed,
-                    scan.runs, scan.axis[0].name, scan_value(&scan, 0, scan.first),
-                    scan.why.message);
+                    "%zu of %zu runs did not reach what was asked; at %s: %.200s", scan.missed,
+                    scan.runs, where, scan.why.message);
+        }
     }
     for (size_t k = 0; k < scan.n; k++)
         free(scan.column[k].value);
     AD_FREE(scan.column, scan.status);
+    scan_axes_free(&scan);
     return command_status(error);
 }

@@ -1,18 +1,23 @@
-/* Inside of scans (scan.h): running (scan.c), the table (scan_table.c). */
+/* Inside of scans (scan.h): what is scanned (scan_axes.c), running (scan.c), the table
+   (scan_table.c). */
 #ifndef APPS_OUTPUT_SCAN_PARTS_H
 #define APPS_OUTPUT_SCAN_PARTS_H
 
 #include "outputs.h"
 #include "scan.h"
 
-enum { AXES = 2, PANELS = 4, MOST = 100000, LONGEST = 8, KEY = 96 };
+enum { AXES = 2, PANELS = 4, MOST = 100000, MOST_SEED = 1000000000, LONGEST = 8, KEY = 96 };
 
 struct axis_of_scan {
+    const char *flag; /* "scan", "sweep" or "seeds" */
     char name[64];
     char unit[64];
     double from, to;
     size_t n;
     bool log;
+    const struct option *option; /* NULL: a parameter of the scene */
+    char **text;                 /* [n] values of the option */
+    bool list;                   /* they were listed, and stand at equal distances in pictures */
 };
 
 /* A number of the reports: one a run, NaN where a report is without. */
@@ -39,11 +44,23 @@ struct scan {
     bool no_memory;
 };
 
-/* The value at place k of an axis, from 0 to n - 1; halves are the edges of cells. */
+/* Reads and checks all axes before anything runs; freed by scan_axes_free. */
+enum ad_status scan_axes_read(struct scan *scan, struct ad_error *error);
+void scan_axes_free(struct scan *scan);
+/* Gives the options of a run the values of its place. */
+enum ad_status scan_axes_store(const struct scan *scan, size_t run, struct common *member,
+                               struct ad_error *error);
+/* NAME-OPTION=VALUE.EXT, to be freed: a file of one of the runs. NULL: out of memory. */
+char *scan_member_file(const struct scan *scan, size_t run, const char *file);
+
+/* The value at place k of an axis, from 0 to n - 1, or, of a list, the place; halves are the edges
+   of cells. */
 double scan_between(const struct axis_of_scan *axis, double k);
-/* The place of a run on an axis, and the value scanned there. */
+/* The place of a run on an axis, and the value scanned there: NaN for a word. */
 size_t scan_place(const struct scan *scan, size_t axis, size_t run);
 double scan_value(const struct scan *scan, size_t axis, size_t run);
+/* The word, NULL for a number. */
+const char *scan_word(const struct scan *scan, size_t axis, size_t run);
 /* The outputs of the table. */
 extern const struct output_kind scan_outputs;
 

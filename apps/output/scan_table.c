@@ -1,24 +1,73 @@
-/* The table of a scan (scan_parts.h): text, JSON, CSV, HDF5, and curves or maps. */
+/* The table of a scan (scan_parts.h): text, JSON, CSV, HDF5, and curves or maps. Where seeds are
+   scanned, they are no axis of a picture, but points and their mean. */
 #include "apps/quote.h"
+#include "autodiff/free.h"
 #include "figure.h"
 #include "scan_parts.h"
+#include "spread.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+/* The scene, or another argument. */
+static const char *subject(const struct scan *scan)
+{
+    return scan->scene                 ? scan->scene
+           : scan->common->argument[0] ? scan->common->argument[0]
+                                       : "defaults";
+}
+
+static bool over_seeds(const struct scan *scan)
+{
+    return strcmp(scan->axis[scan->axes - 1].flag, "seeds") == 0;
+}
+
+/* Of a number over the seeds of a point. */
+static struct spread over_seeds_of(const struct scan *scan, const struct result_column *column,
+                                   size_t point)
+{
+    const size_t seeds = scan->axis[scan->axes - 1].n;
+    return spread_of(seeds, &column->value[point * seeds], 1);
+}
+
+static void report_values(const struct scan *scan, size_t axes, size_t run, struct report *report)
+{
+    for (size_t a = 0; a < axes; a++) {
+        const char *name = scan->axis[a].name, *word = scan_word(scan, a, run);
+        if (word)
+            report_text(report, name, name, word);
+        else
+            report_number(report, name, name, scan->axis[a].unit, scan_value(scan, a, run));
+    }
+}
+
+/* A row a number shown and a point, over its seeds. */
+static void report_spread(const struct scan *scan, struct report *report)
+{
+    const size_t seeds = scan->axis[scan->axes - 1].n;
+    for (size_t k = 0; k < scan->n; k++)
+        for (size_t p = 0; p < scan->runs / seeds && scan->column[k].shown; p++) {
+            const struct spread s = over_seeds_of(scan, &scan->column[k], p);
+            report_item(report, "spread");
+            report_text(report, "number", "over seeds", scan->column[k].key);
+            report_values(scan, scan->axes - 1, p * seeds, report);
+            spread_report(report, "seeds", scan->column[k].unit, &s);
+        }
+    report_item(report, NULL);
+}
+
 static void write_report(const void *context, struct report *report)
 {
     const struct scan *scan = context;
-    report_line(report, "%s of %s: %zu runs\n", scan->command->line.name, scan->scene, scan->runs);
+    report_line(report, "%s of %s: %zu runs\n", scan->command->line.name, subject(scan),
+                scan->runs);
     report_count(report, "runs", NULL, scan->runs);
     report_count(report, "missed", NULL, scan->missed);
     report->passing = true; /* the file has datasets */
     for (size_t r = 0; r < scan->runs; r++) {
         report_item(report, "scan");
-        for (size_t a = 0; a < scan->axes; a++)
-            report_number(report, scan->axis[a].name, scan->axis[a].name, scan->axis[a].unit,
-                          scan_value(scan, a, r));
+        report_values(scan, scan->axes, r, report);
         report_count(report, "status", NULL, (size_t)scan->status[r]);
         for (size_t k = 0; k < scan->n; k++)
             report_number(report, scan->column[k].key,
@@ -26,7 +75,18 @@ static void write_report(const void *context, struct report *report)
                           scan->column[k].value[r]);
     }
     report_item(report, NULL);
+    if (over_seeds(scan))
+        report_spread(scan, report);
     report->passing = false;
+}
+
+static void write_value(const struct scan *scan, size_t axis, size_t run, FILE *out)
+{
+    const char *word = scan_word(scan, axis, run);
+    if (word)
+        quote_csv(out, word);
+    else
+        fprintf(out, "%.17g", scan_value(scan, axis, run));
 }
 
 static void write_csv(const void *context, FILE *out)
@@ -39,13 +99,74 @@ static void write_csv(const void *context, FILE *out)
         fprintf(out, ",%s", scan->column[k].key);
     fputc('\n', out);
     for (size_t r = 0; r < scan->runs; r++) {
-        for (size_t a = 0; a < scan->axes; a++)
-            fprintf(out, "%.17g,", scan_value(scan, a, r));
+        for (size_t a = 0; a < scan->axes; a++) {
+            write_value(scan, a, r, out);
+            fputc(',', out);
+        }
         fprintf(out, "%d", scan->status[r]);
         for (size_t k = 0; k < scan->n; k++)
             csv_number(out, 17, scan->column[k].value[r]);
         fputc('\n', out);
     }
+}
+
+/* What was scanned; words as their places, with an attribute that has one a line. */
+static enum ad_status write_axis(const struct scan *scan, size_t axis, phys_hdf5 *file,
+                                 struct ad_error *error)
+{
+    const struct axis_of_scan *a = &scan->axis[axis];
+    const size_t stride = axis + 1 < scan->axes ? scan->axis[1].n : 1;
+    double *value = malloc(a->n * sizeof *value);
+    char name[KEY];
+    size_t length = 1, words = 0;
+    for (size_t k = 0; k < a->n; k++)
+        length += a->option ? strlen(a->text[k]) + 1 : 0;
+    char *text = calloc(length, 1), *end = text;
+    if (value && text) {
+        snprintf(name, sizeof name, "scanned/%s", a->name);
+        for (size_t k = 0; k < a->n; k++) {
+            words += scan_word(scan, axis, k * stride) != NULL;
+            if (a->option)
+                end += sprintf(end, "%s%s", k ? "\n" : "", a->text[k]);
+        }
+        for (size_t k = 0; k < a->n; k++)
+            value[k] = words ? (double)k : scan_value(scan, axis, k * stride);
+        phys_hdf5_write(file, name, AD_F64, 1, &a->n, value);
+        phys_hdf5_text(file, name, "unit", a->unit);
+        phys_hdf5_integer(file, name, "axis", (int64_t)axis, NULL);
+        if (words)
+            phys_hdf5_text(file, name, "values", text);
+    } else {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    }
+    AD_FREE(value, text);
+    return error->status;
+}
+
+/* Files of the runs, beside that of the table. */
+static enum ad_status write_members(const struct scan *scan, phys_hdf5 *file,
+                                    struct ad_error *error)
+{
+    char *all = NULL;
+    size_t size = 1;
+    for (size_t r = 0; r < scan->runs && error->status == AD_OK; r++) {
+        char *name = scan->status[r] != DONE ? strdup("")
+                                                  : scan_member_file(scan, r, scan->common->out);
+        const char *base = name ? strrchr(name, '/') : NULL;
+        base = base ? base + 1 : name;
+        char *longer = name ? realloc(all, size + strlen(base) + 1) : NULL;
+        if (longer) {
+            all = longer;
+            size += (size_t)sprintf(all + size - 1, "%s%s", r ? "\n" : "", base);
+        } else {
+            ad_fail(error, AD_E_MEMORY, "out of memory");
+        }
+        free(name);
+    }
+    if (error->status == AD_OK)
+        phys_hdf5_text(file, "/", "members", all);
+    free(all);
+    return error->status;
 }
 
 /* Numbers over the scanned values: [n], or [n of the first x n of the second]. */
@@ -54,18 +175,10 @@ static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad
     const struct scan *scan = context;
     const size_t shape[AXES] = {scan->axis[0].n, scan->axis[1].n};
     char name[KEY + 16];
-    for (size_t a = 0; a < scan->axes; a++) {
-        double *value = malloc(scan->axis[a].n * sizeof *value);
-        if (!value)
-            return ad_fail(error, AD_E_MEMORY, "out of memory");
-        for (size_t k = 0; k < scan->axis[a].n; k++)
-            value[k] = scan_value(scan, a, a + 1 < scan->axes ? k * scan->axis[1].n : k);
-        snprintf(name, sizeof name, "scanned/%s", scan->axis[a].name);
-        phys_hdf5_write(file, name, AD_F64, 1, &shape[a], value);
-        phys_hdf5_text(file, name, "unit", scan->axis[a].unit);
-        phys_hdf5_integer(file, name, "axis", (int64_t)a, NULL);
-        free(value);
-    }
+    for (size_t a = 0; a < scan->axes && error->status == AD_OK; a++)
+        write_axis(scan, a, file, error);
+    if (scan->command->line.members && error->status == AD_OK)
+        write_members(scan, file, error);
     for (size_t k = 0; k < scan->n; k++) {
         snprintf(name, sizeof name, "results/%s", scan->column[k].key);
         phys_hdf5_write(file, name, AD_F64, scan->axes, shape, scan->column[k].value);
@@ -75,17 +188,35 @@ static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad
     return error->status;
 }
 
+/* Seeds alone are the axis of a curve. */
+static bool is_map(const struct scan *scan) { return scan->axes == AXES && !over_seeds(scan); }
+
+/* A row a point with the means of its seeds, in a block of their own. */
+static void write_means(const struct scan *scan, FILE *out)
+{
+    fputs("\n\n# scanned values, then the means over seeds\n", out);
+    for (size_t p = 0; p < scan->axis[0].n; p++) {
+        fprintf(out, "%.12g ", scan_between(&scan->axis[0], (double)p));
+        for (size_t k = 0; k < scan->n; k++)
+            if (scan->column[k].shown) {
+                const struct spread s = over_seeds_of(scan, &scan->column[k], p);
+                fprintf(out, isnan(s.mean) ? "NaN " : "%.12g ", s.mean);
+            }
+        fputc('\n', out);
+    }
+}
+
 /* A row a run. Of a map: the edges of its cell, which a logarithmic axis needs. */
 static void write_data(const struct scan *scan, FILE *out)
 {
-    const bool map = scan->axes == AXES;
+    const bool map = is_map(scan);
     fputs(map ? "# each scanned value with both edges of its cell, then the numbers shown\n"
               : "# scanned values, then the numbers shown\n",
           out);
     for (size_t r = 0; r < scan->runs; r++) {
         for (size_t a = 0; a < scan->axes; a++) {
             const double k = (double)scan_place(scan, a, r);
-            fprintf(out, "%.12g ", scan_value(scan, a, r));
+            fprintf(out, "%.12g ", scan_between(&scan->axis[a], k));
             if (map)
                 fprintf(out, "%.12g %.12g ", scan_between(&scan->axis[a], k - 0.5),
                         scan_between(&scan->axis[a], k + 0.5));
@@ -96,6 +227,8 @@ static void write_data(const struct scan *scan, FILE *out)
                         scan->column[k].value[r]);
         fputc('\n', out);
     }
+    if (scan->axes == AXES && !map)
+        write_means(scan, out);
 }
 
 static struct range range_of(const double *value, size_t n)
@@ -107,15 +240,36 @@ static struct range range_of(const double *value, size_t n)
     return range;
 }
 
+/* Losses differ by powers of ten. */
+static bool is_logarithmic(struct range range)
+{
+    return range.low > 0 && range.high > 50 * range.low;
+}
+
 /* An axis as long as what was scanned: to the edges of the cells of a map. */
 static struct axis scanned_axis(const struct scan *scan, size_t axis)
 {
     const struct axis_of_scan *a = &scan->axis[axis];
-    const double edge = scan->axes == AXES ? 0.5 : 0;
+    const double edge = is_map(scan) ? 0.5 : a->list ? 0.25 : 0;
     struct range range = {INFINITY, -INFINITY};
     range_widen(&range, scan_between(a, -edge));
     range_widen(&range, scan_between(a, (double)(a->n - 1) + edge));
     return (struct axis){a->name, a->unit, range, 0};
+}
+
+/* The values of a list are the labels of its axis. */
+static void label_axis(struct figure *figure, const struct scan *scan, size_t axis)
+{
+    const struct axis_of_scan *a = &scan->axis[axis];
+    FILE *out = figure->plot->script;
+    for (size_t k = 0; a->list && k < a->n; k++) {
+        if (k)
+            fputs(", ", out);
+        else
+            fprintf(out, "set %ctics (", axis ? 'y' : 'x');
+        quote_gnuplot(out, a->text[k]);
+        fprintf(out, " %zu%s", k, k + 1 < a->n ? "" : ")\n");
+    }
 }
 
 static void draw_map(struct figure *figure, const struct scan *scan,
@@ -126,17 +280,22 @@ static void draw_map(struct figure *figure, const struct scan *scan,
         if (scan->axis[a].log)
             strcat(log, a == 0 ? "x" : "y");
     const struct range range = range_of(column->value, scan->runs);
-    const int power = range_exponent(range);
+    const bool powers = is_logarithmic(range);
+    const int power = powers ? 0 : range_exponent(range);
     const double scale = pow(10, power);
     figure_panel(figure, &(struct panel){.across = scanned_axis(scan, 0),
                                          .up = scanned_axis(scan, 1),
                                          .colour = {name, column->unit, {0, 0}, power},
                                          .log = log});
+    for (size_t a = 0; a < AXES; a++)
+        label_axis(figure, scan, a);
     if (range.low < range.high) /* gnuplot's own leaves out cells that meet an edge */
         fprintf(figure->plot->script, "set cbrange [%.9g:%.9g]\n", range.low / scale,
                 range.high / scale);
     else
         fputs("set cbrange [*:*]\n", figure->plot->script);
+    fputs(powers ? "set logscale cb\nset format cb '10^{%T}'\n" : "unset logscale cb\n",
+          figure->plot->script);
     fputs(DENSITY_PALETTE, figure->plot->script);
     figure_element(figure,
                    "data using 1:4:2:3:5:6 with boxxyerror fs solid noborder fc rgb '%s' notitle",
@@ -148,30 +307,50 @@ static void draw_map(struct figure *figure, const struct scan *scan,
                    at, at, at, power);
 }
 
-/* A curve; points where several numbers share the panel. */
-static void draw_curves(struct figure *figure, const struct scan *scan,
-                        const struct result_column *first, const char *name)
+/* Of the numbers that share a panel, `together` of them. */
+static struct range range_of_panel(const struct scan *scan, size_t panel, size_t *together)
 {
     struct range range = {INFINITY, -INFINITY};
-    size_t together = 0, number = 0;
+    *together = 0;
     for (size_t k = 0; k < scan->n; k++)
-        if (scan->column[k].panel == first->panel) {
+        if (scan->column[k].panel == panel) {
             const struct range own = range_of(scan->column[k].value, scan->runs);
-            together++;
+            ++*together;
             range_widen(&range, own.low);
             range_widen(&range, own.high);
         }
-    const int power = range_exponent(range);
+    return range;
+}
+
+/* A curve; points where several numbers share the panel, or runs differ by their seeds. */
+static void draw_curves(struct figure *figure, const struct scan *scan,
+                        const struct result_column *first, const char *name)
+{
+    size_t together, number = 0;
+    const struct range range = range_of_panel(scan, first->panel, &together);
+    const bool powers = is_logarithmic(range), means = scan->axes == AXES;
+    const int power = powers ? 0 : range_exponent(range);
+    char log[3] = "";
+    strcat(log, scan->axis[0].log ? "x" : "");
+    strcat(log, powers ? "y" : "");
     figure_panel(figure, &(struct panel){.across = scanned_axis(scan, 0),
                                          .up = {name, first->unit, {0, 0}, power},
-                                         .log = scan->axis[0].log ? "x" : NULL});
-    const struct style *style = together > 1
-                                    ? STYLE(figure_colours[0], 7, 0, 0.25)
-                                    : STYLE(figure_colours[0], scan->runs <= 60 ? 7 : 0, 1.2, 0.4);
+                                         .log = log,
+                                         .key = means ? KEY_ABOVE : NULL});
+    label_axis(figure, scan, 0);
+    const bool line = together == 1 && !over_seeds(scan);
+    const struct style *style = STYLE(figure_colours[0], !line || scan->runs <= 60 ? 7 : 0,
+                                      line ? 1.2 : 0,
+                                      together > 1 ? 0.25 : means ? 0.5 : line ? 0.4 : 0.8);
     for (size_t k = 0; k < scan->n; k++) {
         number += scan->column[k].shown;
-        if (scan->column[k].panel == first->panel)
-            figure_draw(figure, style, NULL, "data using 1:($%zu/1e%d)", 1 + number, power);
+        if (scan->column[k].panel != first->panel)
+            continue;
+        figure_draw(figure, style, NULL, "data index 0 using 1:($%zu/1e%d)", scan->axes + number,
+                    power);
+        if (means)
+            figure_draw(figure, STYLE(figure_colours[1], 0, 1.6, 0), "mean",
+                        "data index 1 using 1:($%zu/1e%d)", 1 + number, power);
     }
 }
 
@@ -187,7 +366,7 @@ static void draw_panel(struct figure *figure, const struct scan *scan, size_t pa
     snprintf(name, sizeof name, "%s%s", scan->column[k].key, next < scan->n ? " ..." : "");
     for (char *blank = name; (blank = strchr(blank, '_'));)
         *blank = ' ';
-    if (scan->axes == AXES)
+    if (is_map(scan))
         draw_map(figure, scan, &scan->column[k], name, number);
     else
         draw_curves(figure, scan, &scan->column[k], name);
@@ -196,7 +375,7 @@ static void draw_panel(struct figure *figure, const struct scan *scan, size_t pa
 static enum ad_status draw(const void *context, struct plot *plot, struct ad_error *error)
 {
     const struct scan *scan = context;
-    const bool map = scan->axes == AXES;
+    const bool map = is_map(scan);
     size_t shown = 0, missing = 0;
     struct figure figure;
     for (size_t k = 0; k < scan->n; k++) {
@@ -219,7 +398,7 @@ static enum ad_status draw(const void *context, struct plot *plot, struct ad_err
     fputs("what = ", plot->script);
     quote_gnuplot_label(plot->script, scan->command->line.name);
     fputs("\nscene = ", plot->script);
-    quote_gnuplot_label(plot->script, scan->scene);
+    quote_gnuplot_label(plot->script, subject(scan));
     fputc('\n', plot->script);
     layout.found = map && missing > 0 ? "grey: runs without this number" : NULL;
     layout.expression = "sprintf('%s %s', what, scene)";

@@ -1,0 +1,34 @@
+/* The spread of a number over the runs of an ensemble (spread.h). */
+#include "spread.h"
+
+#include <math.h>
+
+struct spread spread_of(size_t n, const double values[], size_t stride)
+{
+    struct spread s = {0, 0, NAN, INFINITY, -INFINITY};
+    double squares = 0;
+    for (size_t k = 0; k < n; k++) {
+        const double value = values[k * stride], away = value - s.mean;
+        if (!isfinite(value))
+            continue;
+        s.mean += away / (double)++s.n;
+        squares += away * (value - s.mean);
+        s.least = fmin(s.least, value);
+        s.most = fmax(s.most, value);
+    }
+    if (s.n > 1)
+        s.deviation = sqrt(squares / (double)(s.n - 1));
+    if (s.n == 0)
+        s.mean = NAN;
+    return s;
+}
+
+void spread_report(struct report *report, const char *counted, const char *unit,
+                   const struct spread *spread)
+{
+    report_count(report, counted, counted, spread->n);
+    report_number(report, "mean", "mean", unit, spread->mean);
+    report_number(report, "deviation", "deviation", unit, spread->deviation);
+    report_number(report, "least", "least", unit, spread->least);
+    report_number(report, "most", "most", unit, spread->most);
+}
