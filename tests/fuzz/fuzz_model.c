@@ -4,10 +4,12 @@
      NAME 3 2           a dataset of these dimensions
 
    so that every file is valid HDF5, and only the checks of the readers of models and trainings are
-   exercised. Bytes that begin as a run file with a checksum are used as the file. */
+   exercised. Bytes that begin as a run file with a checksum are used as the file. All are read as
+   safetensors first. */
 #include "fuzz.h"
 
 #include "apps/options.h"
+#include "hnn/model/exchange.h"
 #include "hnn/train/train.h"
 #include "physics/io/hdf5_file.h"
 
@@ -85,12 +87,25 @@ static void resume(const char *name)
     hnn_model_free(model);
 }
 
+/* The same bytes as safetensors. */
+static void import(const char *name)
+{
+    const struct hnn_settings assumed = hnn_defaults(HNN_HAMILTONIAN, 1);
+    struct hnn_exchange exchange;
+    struct ad_error error = {0};
+    hnn_model *model;
+    if (hnn_model_import(name, &assumed, &model, &exchange, &error) != AD_OK)
+        fuzz_require(!model && error.message[0]);
+    hnn_model_free(model);
+}
+
 int fuzz_model(const uint8_t *data, size_t size)
 {
     static const char sealed[] = "leastaction, sealed";
     struct ad_error error = {0};
     hnn_model *model;
     const char *name = fuzz_file(data, size);
+    import(name);
     if (size < sizeof sealed - 1 || memcmp(data, sealed, sizeof sealed - 1) != 0) {
         char *text = fuzz_text(data, size);
         write_file(name, text);

@@ -1,6 +1,6 @@
 /* --sweep and --seeds: members are what separate runs are, to the bit; what fails is told; their
    rollouts together are those of each; misuse is refused. */
-#include "shell.h"
+#include "tests/apps/shell.h"
 #include "tests/close.h"
 #include "tests/files.h"
 #include "tests/mentions.h"
