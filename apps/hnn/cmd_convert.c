@@ -74,11 +74,11 @@ static void report_model(const struct convert_options *o, const hnn_model *model
     if (!exchange->own)
         report_line(report, "  model, field and activation are those of the options: the file does "
                             "not have them");
-    if (exchange->bias != 0) {
-        report_number(report, "bias", "bias left out", NULL, exchange->bias);
+    report_number(report, "bias", exchange->bias != 0 ? "bias left out" : NULL, NULL,
+                  exchange->bias);
+    if (exchange->bias != 0)
         report_line(report, "  a constant of %s changes no motion",
                     s->kind == HNN_LAGRANGIAN ? "L" : "H");
-    }
     if (!sealed)
         report_line(report, "  warning: %s has no checksum: damage to it is not noticed",
                     o->common.argument[0]);
