@@ -150,8 +150,8 @@ static enum ad_status write_members(const struct scan *scan, phys_hdf5 *file,
     char *all = NULL;
     size_t size = 1;
     for (size_t r = 0; r < scan->runs && error->status == AD_OK; r++) {
-        char *name = scan->status[r] != DONE ? strdup("")
-                                                  : scan_member_file(scan, r, scan->common->out);
+        char *name =
+            scan->status[r] != DONE ? strdup("") : scan_member_file(scan, r, scan->common->out);
         const char *base = name ? strrchr(name, '/') : NULL;
         base = base ? base + 1 : name;
         char *longer = name ? realloc(all, size + strlen(base) + 1) : NULL;

@@ -67,7 +67,8 @@ static void add(struct writing *w, const char *prefix, const char *key, const ch
         return;
     }
     sprintf(full, "%s%s", prefix, key);
-    w->metadata[w->n++] = (struct hnn_metadata){full, copy};
+    w->metadata[w->n].key = full;
+    w->metadata[w->n++].text = copy;
 }
 
 static void add_settings(struct writing *w, const hnn_model *model)
