@@ -64,7 +64,8 @@ enum ad_status phys_derivatives_new(struct phys_derivatives *d, const struct phy
     d->work = malloc(((2 * d->dof + 1) * d->columns + d->dof) * sizeof *d->work);
     if (!action)
         d->tape = ad_tape_new(AD_F64);
-    if (!d->work || (!action && !d->tape) || !phys_coupling_new(&d->coupling, system))
+    if (!d->work || (!action && !d->tape) ||
+        !phys_coupling_new(&d->coupling, system, false, PHYS_COUPLING_FEW))
         return ad_fail(error, AD_E_MEMORY, "out of memory for second derivatives");
     return record(d, system, action, error);
 }
@@ -74,7 +75,7 @@ void phys_derivatives_free(struct phys_derivatives *d)
     ad_program_free(d->first);
     ad_program_free(d->second);
     ad_tape_free(d->tape);
-    phys_coupling_free(&d->coupling);
+    phys_pattern_free(&d->coupling);
     free(d->work);
     *d = (struct phys_derivatives){0};
 }

@@ -3,7 +3,7 @@
 #ifndef PHYSICS_ACTION_DERIVATIVES_H
 #define PHYSICS_ACTION_DERIVATIVES_H
 
-#include "coupling.h"
+#include "physics/lagrangian/coupling.h"
 #include "internal.h"
 
 struct phys_derivatives {
@@ -16,7 +16,7 @@ struct phys_derivatives {
     ad_program *first, *second;    /* L, L_q, L_v (not of an action); L_q, L_v and the others */
     double *work;                  /* [2 dof + 1][columns], [dof] */
     bool units;                    /* coordinates may differ in unit (units.h) */
-    struct phys_coupling coupling;
+    struct phys_pattern coupling;
 };
 
 /* Blocks of `columns` points; or one block, the points of the path of which `action` recorded L.

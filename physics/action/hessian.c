@@ -14,19 +14,15 @@ enum { BLOCK = 128 }; /* points that are evaluated at once, at most */
 
 static bool allocate(struct phys_hessian *h)
 {
-    const struct phys_coupling *coupling = &h->of->coupling;
-    for (size_t j = 0; j < h->dof; j++)
-        for (size_t k = coupling->start[j]; k < coupling->start[j + 1]; k++) {
-            size_t i = coupling->row[k], apart = i > j ? i - j : j - i;
-            h->around = apart > h->around ? apart : h->around;
-        }
+    h->order = h->of->coupling.order;
+    h->around = h->of->coupling.width;
     h->width = h->around < h->dof / 2 ? 2 * h->around + 1 : h->dof;
     if (h->elements > SIZE_MAX / sizeof(double) / (h->side * (h->table.degree + 1) * h->width))
         return false;
     h->element = calloc(phys_hessian_size(h), sizeof(double));
     h->gradient = malloc(h->elements * h->side * sizeof(double));
     h->stiffness = malloc(h->dof * sizeof(double));
-    h->rows = malloc(h->dof * sizeof *h->rows);
+    h->rows = malloc(2 * h->dof * sizeof *h->rows);
     h->point = malloc((h->table.points + h->repeat) * sizeof *h->point);
     return h->rows && h->element && h->gradient && h->stiffness && h->point;
 }
@@ -230,18 +226,21 @@ struct second {
     const double *qq, *vq, *qv, *vv;
 };
 
-/* Rows of column `seed` that are not zero at all points of a block, in h->rows. */
+/* Rows of column `seed` that are not zero at all points of a block, in h->rows, and their places in
+   the second half of it. */
 static size_t find_rows(struct phys_hessian *h, struct block b, size_t seed, struct second L)
 {
-    const struct phys_coupling *coupling = &h->of->coupling;
+    const struct phys_pattern *coupling = &h->of->coupling;
     size_t n = 0;
     for (size_t k = coupling->start[seed]; k < coupling->start[seed + 1]; k++) {
         size_t d = coupling->row[k], p = d * h->of->columns, end = p + b.count;
+        size_t at = coupling->place[d], of = coupling->place[seed];
         while (p < end && L.qq[p] == 0 && L.vq[p] == 0 && L.qv[p] == 0 && L.vv[p] == 0)
             p++;
-        size_t apart = d > seed ? d - seed : seed - d;
+        size_t apart = at > of ? at - of : of - at;
         if (p < end) {
-            h->rows[n++] = d;
+            h->rows[n] = d;
+            h->rows[h->dof + n++] = at;
             h->reach = apart > h->reach ? apart : h->reach;
         }
     }
@@ -256,20 +255,21 @@ static void add_column(struct phys_hessian *h, struct block b, size_t seed)
     const struct second L = {ad_data(program, h->of->L_qq), ad_data(program, h->of->L_vq),
                              ad_data(program, h->of->L_qv), ad_data(program, h->of->L_vv)};
     const size_t rows = find_rows(h, b, seed, L), n = h->of->columns, degree = h->table.degree;
+    const size_t to = h->of->coupling.place[seed];
     for (size_t c = 0; c < b.count; c++) {
         const struct phys_hessian_point *at = &h->point[(b.first + c) / h->elements];
         const size_t e = element_of(h, b.first + c), width = h->width;
         const double length = phys_hessian_length(h, e), rate = 1 / length;
         for (size_t k = 0; k <= degree; k++) {
             const double by_q = at->weight * at->q[k] * length, by_v = at->weight * at->v[k];
-            double *column = h->element + phys_hessian_place(h, e, 0, seed, k, seed) - seed;
+            double *column = h->element + phys_hessian_place(h, e, 0, to, k, to) - to;
             for (size_t r = 0; r < rows; r++) {
                 const size_t p = h->rows[r] * n + c;
                 const double of_q = by_q * L.qq[p] + by_v * L.qv[p],
                              of_v = rate * (by_q * L.vq[p] + by_v * L.vv[p]);
-                double *to = column + h->rows[r];
+                double *sum = column + h->rows[h->dof + r];
                 for (size_t a = k; a <= degree; a++)
-                    to[a * width] += of_q * at->q[a] + of_v * at->v[a];
+                    sum[a * width] += of_q * at->q[a] + of_v * at->v[a];
             }
         }
     }
@@ -296,7 +296,7 @@ static void mirror(struct phys_hessian *h)
  */
 static void add_masses(struct phys_hessian *h, struct block b, size_t seed)
 {
-    const struct phys_coupling *coupling = &h->of->coupling;
+    const struct phys_pattern *coupling = &h->of->coupling;
     size_t n = h->of->columns;
     const double *vv = ad_data(h->of->second, h->of->L_vv);
     double share = 1 / ((double)h->points * h->dt);

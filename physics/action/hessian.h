@@ -22,16 +22,17 @@ struct phys_hessian {
 
     struct phys_derivatives *of, *own; /* at its points; own: freed with it, or NULL */
     struct phys_hessian_point *point;  /* room */
-    size_t *rows;                      /* [dof] room */
+    size_t *rows;                      /* [2 dof] room */
 
-    /* How far apart the coordinates are that L has coupled so far: of each pair of nodes an element
-       matrix has a band of coordinates, and zeros elsewhere. */
+    const uint32_t *order; /* [dof]: element matrices have coordinate order[k] at place k */
+    /* How far apart the places are that L has coupled so far: of each pair of nodes an element
+       matrix has a band of places, and zeros elsewhere. */
     size_t reach;
     /* What L may couple at all is at most `around` apart; element matrices keep `width` places of
-       the coordinates of a node in each column: of those, or of all. */
+       a node in each column: of those, or of all. */
     size_t around, width;
     double *element;  /* [elements][side columns][degree + 1 nodes][width]: phys_hessian_place */
-    double *gradient; /* [elements][side]: of the element's part of S */
+    double *gradient; /* [elements][side]: of the element's part of S, in order of coordinates */
     double action, kinetic; /* with the gradient alone: integrals of L and of v L_v / 2, ... */
     double energy, drift;   /* ... v L_v - L at the first point, and its largest change */
     double *stiffness;      /* [dof]: mean over points of |L_vv| / dt on the diagonal */
@@ -70,15 +71,15 @@ bool phys_hessian_stopped(struct phys_hessian *h);
 /* Fills element, gradient and stiffness at a path [degree*dof x slices] that begins at `start`, 0
    where L is an action's. */
 void phys_hessian_at(struct phys_hessian *h, const double *path, double start);
-/* Coordinates [first, end) that coordinate j may be coupled to. */
+/* Places [first, end) that place j may be coupled to. */
 static inline void phys_hessian_coupled(const struct phys_hessian *h, size_t j, size_t *first,
                                         size_t *end)
 {
     *first = j > h->reach ? j - h->reach : 0;
     *end = h->dof - j > h->reach + 1 ? j + h->reach + 1 : h->dof;
 }
-/* Where element e has the entry of coordinate i of node a and coordinate j of node b, which may be
-   coupled. */
+/* Where element e has the entry of place i of node a and place j of node b, which may be coupled.
+ */
 static inline size_t phys_hessian_place(const struct phys_hessian *h, size_t e, size_t a, size_t i,
                                         size_t b, size_t j)
 {

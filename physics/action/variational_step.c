@@ -102,14 +102,16 @@ static double newton_step(phys_variational_step *m, double t, const double *mome
                           size_t first, size_t n, size_t *worst)
 {
     const struct phys_hessian *h = &m->hessian;
+    const uint32_t *place = h->of->coupling.place;
     double size = DBL_MIN, change = 0;
     phys_hessian_at(&m->hessian, m->x, t);
     m->evaluations++;
     for (size_t i = 0; i < n; i++) {
         m->right[i] = h->gradient[row + i] + (row + i < m->dof ? momentum[row + i] : 0);
         for (size_t j = 0; j < n; j++)
-            m->matrix[i * n + j] = phys_hessian_entry(h, 0, (row + i) / h->dof, (row + i) % h->dof,
-                                                      (first + j) / h->dof, (first + j) % h->dof);
+            m->matrix[i * n + j] =
+                phys_hessian_entry(h, 0, (row + i) / h->dof, place[(row + i) % h->dof],
+                                   (first + j) / h->dof, place[(first + j) % h->dof]);
     }
     int singular = phys_lapack_lu_solve_once(n, m->matrix, m->right);
     if (singular) {

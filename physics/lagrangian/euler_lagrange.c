@@ -1,13 +1,13 @@
 /* Accelerations of any Lagrangian. With p = L_v the Euler-Lagrange equation dp/dt = L_q is
        M a = L_q - L_vq v - L_vt + Q - D_v,   M = L_vv.
    Constraints add their forces (constraints.h).
-   L_vq v + L_vt is the derivative of p along (v, 1) in (q, t). M comes from one run over dof lanes
-   with the same state: column j of the gradient of sum_j p_j(lane j) with respect to the lanes' v
-   is column j of M. A constant M is folded at compile time, and is evaluated and factored once. */
+   L_vq v + L_vt is the derivative of p along (v, 1) in (q, t). M comes from one run over lanes with
+   the same state: column c of the gradient of sum_c p(lane c) s_c with respect to the lanes' v is M
+   s_c, the columns of colour c where s_c is 1 for these. A constant M is folded at compile time,
+   and is evaluated and factored once. */
 #include "autodiff/free.h"
 #include "constraints.h"
 #include "mass.h"
-#include "physics/linear/linear.h"
 
 #include "autodiff/derivatives.h"
 #include "autodiff/series.h"
@@ -23,7 +23,7 @@ struct phys_motion {
     ad_tape *tape;
     ad_var q, v, t;     /* inputs: [dof x 1] each, t a scalar */
     ad_var p, energy;   /* L_v [dof x 1], v p - L */
-    ad_var mass, force; /* M [dof x dof], right side [dof x 1] */
+    ad_var mass, force; /* M by its colours [dof x colours], right side [dof x 1] */
     size_t n_params;    /* variables: inputs [1 x 1], by their places in the scene's table */
     size_t *which;
     ad_var *params;
@@ -32,14 +32,8 @@ struct phys_motion {
     ad_series *energy_series;   /* the same; NULL: many coordinates, or none */
     bool constant;              /* M is, and is known */
     ad_program *force_program;
-    /* M [dof x dof] as factored, P L U, or where it is diagonal its diagonal [dof]. */
-    double *factor;
-    int *pivots; /* [dof] */
-    bool diagonal;
-    double *column;   /* [dof] largest entries of M's columns */
-    size_t singular;  /* 0, or 1 + the coordinate of a pivot that is too small ... */
-    double condition; /* ... by which its column cancels; INFINITY: to zero */
-    double rounding;  /* relative changes of M's entries; 0: none */
+    struct phys_mass M;
+    double rounding; /* relative changes of M's entries; 0: none */
 };
 
 ad_var phys_unit_matrix(ad_tape *tape, size_t n)
@@ -67,17 +61,43 @@ static void record_force(phys_motion *m)
     m->energy = ad_sub(ad_dot(m->p, m->v), L);
 }
 
-ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t, ad_var p)
+/* M seed [dof x lanes], where p is L_v. */
+static ad_var record_product(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
+                             ad_var p, ad_var seed)
 {
-    size_t n = system->dof;
-    ad_var lanes_q = ad_broadcast(q, n, n), lanes_v = ad_broadcast(v, n, n), mass = v;
-    if (n > 1) { /* else there is one lane, the state itself */
-        ad_var L = phys_system_lagrangian(system, lanes_q, lanes_v, ad_broadcast(t, 1, n));
+    const size_t n = system->dof, lanes = ad_cols(seed);
+    ad_var lanes_q = ad_broadcast(q, n, lanes), lanes_v = ad_broadcast(v, n, lanes), product = v;
+    if (lanes > 1) { /* else there is one lane, the state itself */
+        ad_var L = phys_system_lagrangian(system, lanes_q, lanes_v, ad_broadcast(t, 1, lanes));
         ad_grad(L, 1, &lanes_v, &p);
     }
     if (ad_tape_error(q.tape)->status == AD_OK)
-        ad_grad(ad_dot(p, phys_unit_matrix(q.tape, n)), 1, &lanes_v, &mass);
-    return mass;
+        ad_grad(ad_dot(p, seed), 1, &lanes_v, &product);
+    return product;
+}
+
+ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t, ad_var p)
+{
+    return record_product(system, q, v, t, p, phys_unit_matrix(q.tape, system->dof));
+}
+
+/* The sum of the unit vectors of each colour [dof x colours]. */
+static ad_var colour_vectors(ad_tape *tape, const struct phys_pattern *p)
+{
+    double *values = calloc(p->n * p->colours, sizeof *values);
+    if (!values)
+        return ad_refuse(tape, AD_E_MEMORY, "out of memory for %zu coordinates", p->n);
+    for (size_t k = 0; k < p->n; k++)
+        values[k * p->colours + p->colour[k]] = 1;
+    ad_var vectors = ad_const(tape, p->n, p->colours, values);
+    free(values);
+    return vectors;
+}
+
+ad_var phys_record_colours(const struct phys_system *system, ad_var q, ad_var v, ad_var t, ad_var p,
+                           const struct phys_pattern *pattern)
+{
+    return record_product(system, q, v, t, p, colour_vectors(q.tape, pattern));
 }
 
 static enum ad_status record(phys_motion *m, struct ad_error *error)
@@ -94,7 +114,8 @@ static enum ad_status record(phys_motion *m, struct ad_error *error)
     const struct phys_variables before = phys_variables_bind(
         (struct phys_variables){m->system, m->n_params, m->which, m->params, taken});
     record_force(m);
-    m->mass = phys_record_mass(m->system, m->q, m->v, m->t, m->p);
+    m->mass =
+        record_product(m->system, m->q, m->v, m->t, m->p, colour_vectors(m->tape, &m->M.pattern));
     phys_variables_bind(before);
     free(taken);
     if (phys_tape_status(m->tape, error) != AD_OK)
@@ -115,49 +136,11 @@ static void set_inputs(const phys_motion *m, ad_program *program, const double *
     ad_set(program, m->t, t);
 }
 
-static bool is_diagonal(size_t n, const double *M)
-{
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < n; j++)
-            if (i != j && M[i * n + j] != 0)
-                return false;
-    return true;
-}
-
-static void factor(phys_motion *m)
-{
-    size_t n = m->system->dof;
-    double *M = m->factor;
-    size_t worst;
-    phys_mass_columns(n, M, m->column);
-    if (!m->diagonal)
-        phys_lapack_lu_factor(n, M, m->pivots);
-    for (size_t k = 0; k < n && m->diagonal; k++)
-        M[k] = M[k * n + k];
-    m->condition = phys_mass_condition(n, m->column, M, m->diagonal ? 1 : n + 1, &worst);
-    m->singular = m->condition > PHYS_MASS_SINGULAR ? worst + 1 : 0;
-}
-
-/* Changes the entries of a symmetric M by up to twice `share` of themselves, irregularly. Of
-   opposite sign on the diagonal, the changes of a pivot that cancels add up. */
-static void round_entries(size_t n, double share, double *M)
-{
-    const double irregular = 0.6180339887498949;
-    for (size_t i = 0; i < n; i++)
-        for (size_t j = 0; j < n; j++) {
-            double u = 1 + fmod(irregular * (double)(i < j ? j * n + i : i * n + j), 1);
-            M[i * n + j] *= 1 + (i == j ? share * u : -share * u);
-        }
-}
-
 static void evaluate_mass(phys_motion *m)
 {
     ad_run(m->mass_program);
-    ad_get(m->mass_program, m->mass, m->factor);
-    m->diagonal = is_diagonal(m->system->dof, m->factor);
-    if (m->rounding > 0 && !m->diagonal)
-        round_entries(m->system->dof, m->rounding, m->factor);
-    factor(m);
+    ad_get(m->mass_program, m->mass, m->M.values);
+    phys_mass_factor(&m->M, m->rounding);
 }
 
 void phys_motion_round_mass(phys_motion *motion, double share)
@@ -172,16 +155,16 @@ void phys_motion_round_mass(phys_motion *motion, double share)
 static bool has_inputs(phys_motion *m)
 {
     const size_t n = m->system->dof;
-    double none = NAN, sum = 0;
+    double none = NAN, sum = 0, *x = m->M.values;
     for (size_t k = 0; k < n; k++)
-        m->factor[k] = NAN;
-    set_inputs(m, m->mass_program, m->factor, m->factor, &none);
+        x[k] = NAN;
+    set_inputs(m, m->mass_program, x, x, &none);
     for (size_t k = 0; k < m->n_params; k++)
         ad_set(m->mass_program, m->params[k], &none);
     ad_run(m->mass_program);
-    ad_get(m->mass_program, m->mass, m->factor);
-    for (size_t k = 0; k < n * n; k++)
-        sum += 0 * m->factor[k];
+    ad_get(m->mass_program, m->mass, x);
+    for (size_t k = 0; k < n * m->M.pattern.colours; k++)
+        sum += 0 * x[k];
     return sum != 0;
 }
 
@@ -216,11 +199,8 @@ enum ad_status phys_motion_new_of(const struct phys_system *system, size_t n_par
     }
     if (m->which)
         memcpy(m->which, which, n_params * sizeof *which);
-    if (n <= SIZE_MAX / sizeof(double) / n - 1)
-        m->factor = malloc((n + 1) * n * sizeof *m->factor);
-    m->column = m->factor ? m->factor + n * n : NULL;
-    m->pivots = malloc(n * sizeof *m->pivots);
-    if (!m->tape || !m->factor || !m->pivots || (n_params && (!m->which || !m->params)))
+    if (!m->tape || (n_params && (!m->which || !m->params)) ||
+        !phys_mass_new(&m->M, system, n_params > 0)) /* a parameter may be 0 now that couples */
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
     else if (record(m, error) == AD_OK &&
              phys_constraints_new(system, &m->constraints, error) == AD_OK)
@@ -242,7 +222,8 @@ void phys_motion_free(phys_motion *motion)
     ad_program_free(motion->energy_program);
     ad_series_free(motion->energy_series);
     ad_tape_free(motion->tape);
-    AD_FREE(motion->factor, motion->pivots, motion->which, motion->params, motion);
+    phys_mass_free(&motion->M);
+    AD_FREE(motion->which, motion->params, motion);
 }
 
 static void set_state(phys_motion *m, ad_program *program, const double *q, const double *v,
@@ -251,16 +232,6 @@ static void set_state(phys_motion *m, ad_program *program, const double *q, cons
     set_inputs(m, program, q, v, &t);
     for (size_t k = 0; k < m->n_params; k++)
         ad_set(program, m->params[k], phys_param_value(m->system, m->which[k]));
-}
-
-/* b becomes the solution of M a = b. */
-static void solve(const phys_motion *m, double *b)
-{
-    size_t n = m->system->dof;
-    if (!m->diagonal)
-        phys_lapack_lu_solve(n, m->factor, m->pivots, b);
-    for (size_t k = 0; k < n && m->diagonal; k++)
-        b[k] /= m->factor[k];
 }
 
 static enum ad_status refuse(const phys_motion *m, const char *what, size_t k, double t,
@@ -275,14 +246,14 @@ static enum ad_status refuse(const phys_motion *m, const char *what, size_t k, d
 static enum ad_status refuse_mass(const phys_motion *m, double t, struct ad_error *error)
 {
     char what[160];
-    if (m->column[m->singular - 1] == 0)
+    if (m->M.largest == 0)
         snprintf(what, sizeof what,
                  "no mass; expected a positive one: the mass matrix is singular");
     else
         snprintf(what, sizeof what,
                  "L is degenerate (condition number %.2g): the mass matrix is singular",
-                 m->condition);
-    return refuse(m, what, m->singular - 1, t, error);
+                 m->M.condition);
+    return refuse(m, what, m->M.worst, t, error);
 }
 
 enum ad_status phys_motion_mass(phys_motion *motion, const double *q, const double *v, double t,
@@ -292,7 +263,7 @@ enum ad_status phys_motion_mass(phys_motion *motion, const double *q, const doub
         set_state(motion, motion->mass_program, q, v, t);
         evaluate_mass(motion);
     }
-    return motion->singular ? refuse_mass(motion, t, error) : AD_OK;
+    return phys_motion_is_singular(motion) ? refuse_mass(motion, t, error) : AD_OK;
 }
 
 enum ad_status phys_motion_free_acceleration(phys_motion *motion, const double *q, const double *v,
@@ -303,7 +274,7 @@ enum ad_status phys_motion_free_acceleration(phys_motion *motion, const double *
     ad_run(m->force_program);
     ad_get(m->force_program, m->force, a);
     if (phys_motion_mass(m, q, v, t, error) == AD_OK)
-        solve(m, a);
+        phys_mass_solve(&m->M, a);
     return error->status;
 }
 
@@ -409,20 +380,26 @@ bool phys_motion_is_diagonal(phys_motion *motion)
 {
     phys_motion *m = motion;
     const size_t n = m->system->dof;
-    double *x = malloc(2 * n * sizeof *x), *M = malloc(n * n * sizeof *M);
-    bool diagonal = x && M;
+    double *x = malloc(2 * n * sizeof *x);
+    bool diagonal = x;
     for (int place = 0; place < 2 && diagonal; place++) {
         for (size_t k = 0; k < 2 * n; k++)
             x[k] = 1 + sin(1.7 * (double)k + place) / 3;
         set_state(m, m->mass_program, x, x + n, 0.7 + place);
         ad_run(m->mass_program);
-        ad_get(m->mass_program, m->mass, M);
-        diagonal = is_diagonal(n, M);
+        ad_get(m->mass_program, m->mass, m->M.values);
+        diagonal = phys_mass_is_diagonal(&m->M);
     }
-    AD_FREE(x, M);
+    free(x);
     return diagonal;
 }
 
-void phys_motion_solve_constant(const phys_motion *motion, double *b) { solve(motion, b); }
+void phys_motion_solve_constant(const phys_motion *motion, double *b)
+{
+    phys_mass_solve(&motion->M, b);
+}
 
-bool phys_motion_is_singular(const phys_motion *motion) { return motion->singular != 0; }
+bool phys_motion_is_singular(const phys_motion *motion)
+{
+    return motion->M.condition > PHYS_MASS_SINGULAR;
+}

@@ -7,6 +7,7 @@
 #include "conserved.h"
 #include "euler_lagrange.h"
 #include "legendre.h"
+#include "physics/linear/pattern.h"
 #include "physics/system/internal.h"
 
 /* The system that a motion was made of. */
@@ -39,8 +40,9 @@ enum ad_status phys_motion_free_acceleration(phys_motion *motion, const double *
                                              double t, double *a, struct ad_error *error);
 /* Whether the mass matrix has no element off its diagonal, by its values at irregular states. */
 bool phys_motion_is_diagonal(phys_motion *motion);
-/* Its recording: x = q, v [dof x 1 each], t; y = the force [dof x 1], the mass matrix [dof x dof].
-   True where that is constant, and then solved with in place. */
+/* Its recording: x = q, v [dof x 1 each], t; y = the force [dof x 1], the mass matrix [dof x dof]
+   of at most PHYS_MASS_FEW coordinates. True where it is constant, of any, and solved with in
+   place. */
 bool phys_motion_recorded(const phys_motion *motion, ad_var x[3], ad_var y[2]);
 void phys_motion_solve_constant(const phys_motion *motion, double *b);
 bool phys_motion_is_singular(const phys_motion *motion); /* the mass matrix used last */
@@ -68,8 +70,11 @@ void phys_motion_points_begin(ad_points *points, size_t p, const struct phys_mot
 bool phys_motion_points_end(const ad_points *points, size_t p, struct phys_motion_series *series);
 /* The unit matrix [n x n] as a constant: the seed of lanes. */
 ad_var phys_unit_matrix(ad_tape *tape, size_t n);
-/* L_vv [dof x dof] at q, v [dof x 1] and t, where p [dof x 1] is L_v. */
+/* L_vv [dof x dof] at q, v [dof x 1] and t, where p [dof x 1] is L_v; or the sums of its columns of
+   each colour [dof x colours]. */
 ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad_var t, ad_var p);
+ad_var phys_record_colours(const struct phys_system *system, ad_var q, ad_var v, ad_var t, ad_var p,
+                           const struct phys_pattern *pattern);
 
 /* Observable k at x = (q, v); NaN where it is not defined. It is recorded each time. */
 double phys_observe_state(const struct phys_system *system, size_t k, const double *x, double t);

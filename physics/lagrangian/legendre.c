@@ -16,13 +16,11 @@ struct phys_legendre {
     const struct phys_system *system;
     ad_tape *tape;
     ad_var q, v, t;                /* inputs: [dof x 1] each, t a scalar */
-    ad_var energy, p, force, mass; /* p, force [dof x 1]; mass L_vv [dof x dof] */
+    ad_var energy, p, force, mass; /* p, force [dof x 1]; L_vv by its colours */
     ad_program *for_energy, *for_momentum, *for_velocity;
-    double *M, *b, *column; /* [dof x dof], [dof], [dof] largest entries of M's columns */
-    double *step;           /* [dof] of Newton's method */
-    int *pivots;            /* [dof] */
-    double condition;       /* of M where it was last solved with */
-    bool quadratic;         /* M does not depend on v: one Newton step is exact */
+    struct phys_mass M;
+    double *b, *step; /* [dof]; [dof] of Newton's method */
+    bool quadratic;   /* M does not depend on v: one Newton step is exact */
 };
 
 static void record(phys_legendre *l)
@@ -38,7 +36,7 @@ static void record(phys_legendre *l)
     l->force = phys_system_add_forces(l->system, by[0], l->q, l->v, l->t);
     l->p = ad_label(by[1], "momentum");
     l->energy = ad_sub(ad_dot(l->p, l->v), L);
-    l->mass = phys_record_mass(l->system, l->q, l->v, l->t, l->p);
+    l->mass = phys_record_colours(l->system, l->q, l->v, l->t, l->p, &l->M.pattern);
 }
 
 enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre **legendre,
@@ -52,14 +50,11 @@ enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     l->system = system;
     l->tape = ad_tape_new(AD_F64);
-    l->M = n <= SIZE_MAX / sizeof *l->M / n - 3 ? malloc((n + 3) * n * sizeof *l->M) : NULL;
-    l->pivots = malloc(n * sizeof *l->pivots);
-    if (!l->tape || !l->M || !l->pivots) {
+    l->b = malloc(2 * n * sizeof *l->b);
+    if (!l->tape || !l->b || !phys_mass_new(&l->M, system, false)) {
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
     } else {
-        l->b = l->M + n * n;
-        l->column = l->b + n;
-        l->step = l->column + n;
+        l->step = l->b + n;
         record(l);
         ad_compile(l->tape, 1, &l->energy, &l->for_energy);
         ad_compile(l->tape, 2, (ad_var[]){l->p, l->force}, &l->for_momentum);
@@ -82,7 +77,8 @@ void phys_legendre_free(phys_legendre *legendre)
     ad_program_free(legendre->for_momentum);
     ad_program_free(legendre->for_velocity);
     ad_tape_free(legendre->tape);
-    AD_FREE(legendre->M, legendre->pivots, legendre);
+    phys_mass_free(&legendre->M);
+    AD_FREE(legendre->b, legendre);
 }
 
 static void run(phys_legendre *l, ad_program *program, const double *q, const double *v, double t)
@@ -125,25 +121,21 @@ void phys_legendre_momentum(phys_legendre *legendre, const double *q, const doub
         ad_get(legendre->for_momentum, legendre->force, force);
 }
 
-/* L_v and the factors of M at a state; the coordinate whose column of M cancels most. */
-static size_t factor_mass(phys_legendre *l, const double *q, const double *v, double t)
+/* L_v and M at a state. */
+static void evaluate(phys_legendre *l, const double *q, const double *v, double t)
 {
-    size_t n = l->system->dof, worst;
     run(l, l->for_velocity, q, v, t);
     ad_get(l->for_velocity, l->p, l->b);
-    ad_get(l->for_velocity, l->mass, l->M);
-    phys_mass_columns(n, l->M, l->column);
-    phys_lapack_lu_factor(n, l->M, l->pivots);
-    l->condition = phys_mass_condition(n, l->column, l->M, n + 1, &worst);
-    return worst;
+    ad_get(l->for_velocity, l->mass, l->M.values);
 }
 
 double phys_legendre_condition(phys_legendre *legendre, const double *q, const double *v, double t)
 {
     if (!legendre || !q || !v)
         return (double)NAN;
-    factor_mass(legendre, q, v, t);
-    return legendre->condition;
+    evaluate(legendre, q, v, t);
+    phys_mass_factor(&legendre->M, 0);
+    return legendre->M.condition;
 }
 
 size_t phys_legendre_negative(phys_legendre *legendre, const double *q, const double *v, double t)
@@ -151,35 +143,44 @@ size_t phys_legendre_negative(phys_legendre *legendre, const double *q, const do
     if (!legendre || !q || !v)
         return SIZE_MAX;
     size_t n = legendre->system->dof, negative = SIZE_MAX;
-    double unused = 0, *work = malloc(64 * n * sizeof *work);
-    factor_mass(legendre, q, v, t);
-    if (work && legendre->condition <= PHYS_MASS_SINGULAR) {
-        ad_get(legendre->for_velocity, legendre->mass, legendre->M);
-        if (phys_lapack_symmetric_factor(n, legendre->M, legendre->pivots, work) == 0)
-            negative = phys_lapack_symmetric_inertia(n, n, legendre->M, legendre->pivots, &unused);
+    if (!(phys_legendre_condition(legendre, q, v, t) <= PHYS_MASS_SINGULAR))
+        return negative;
+    if (legendre->M.diagonal) {
+        negative = 0;
+        for (size_t k = 0; k < n; k++)
+            negative += legendre->M.factor[k] < 0;
+        return negative;
     }
-    free(work);
+    double unused = 0, *whole = calloc((n + 64) * n, sizeof *whole);
+    for (size_t k = 0; whole && k < n * n; k++)
+        whole[k] = phys_mass_entry(&legendre->M, k / n, k % n);
+    if (whole && phys_lapack_symmetric_factor(n, whole, legendre->M.pivots, whole + n * n) == 0)
+        negative = phys_lapack_symmetric_inertia(n, n, whole, legendre->M.pivots, &unused);
+    free(whole);
     return negative;
 }
 
-/* Largest entry of p - L_v at v, infinite where M is singular there; *worst: see factor_mass. */
+/* Largest entry of p - L_v at v, infinite where M is singular there; *worst: the coordinate
+   whose column of M cancels most. */
 static double residual(phys_legendre *l, const double *q, const double *p, double t,
                        const double *v, size_t *worst)
 {
     double most = 0;
-    *worst = factor_mass(l, q, v, t);
+    evaluate(l, q, v, t);
+    phys_mass_factor(&l->M, 0);
+    *worst = l->M.worst;
     for (size_t k = 0; k < l->system->dof; k++) {
         l->b[k] = p[k] - l->b[k];
         most = fabs(l->b[k]) <= most ? most : fabs(l->b[k]);
     }
-    return l->condition <= PHYS_MASS_SINGULAR && isfinite(most) ? most : (double)INFINITY;
+    return l->M.condition <= PHYS_MASS_SINGULAR && isfinite(most) ? most : (double)INFINITY;
 }
 
 /* One Newton step v += M^-1 (p - L_v); returns its length in units of |v|. */
 static double newton_step(phys_legendre *l, double *v)
 {
     double step = 0, size = 0;
-    phys_lapack_lu_solve(l->system->dof, l->M, l->pivots, l->b);
+    phys_mass_solve(&l->M, l->b);
     for (size_t k = 0; k < l->system->dof; k++) {
         v[k] += l->step[k] = l->b[k];
         step = fmax(step, fabs(l->b[k]));
@@ -225,12 +226,12 @@ enum ad_status phys_legendre_velocity(phys_legendre *legendre, const double *q, 
                                  : residual(l, q, p, t, v, &worst);
     }
     phys_coordinate_name(l->system, worst, name, sizeof name);
-    if (l->condition > PHYS_MASS_SINGULAR)
+    if (l->M.condition > PHYS_MASS_SINGULAR)
         return ad_fail(
             error, AD_E_NONFINITE,
             "%s: L is degenerate (condition number %.2g): the mass matrix is singular at "
             "coordinate %s, t = %g",
-            l->system->scene->name, l->condition, name, t);
+            l->system->scene->name, l->M.condition, name, t);
     if (!isfinite(left))
         return ad_fail(error, AD_E_NONFINITE,
                        "%s: no velocity belongs to the momentum of coordinate %s, t = %g",
@@ -256,11 +257,9 @@ void phys_totals(phys_legendre *legendre, const double *q, const double *v, doub
     *totals = (struct phys_totals){.energy = phys_legendre_energy(l, q, v, t)};
     if (system->scene->picture != PHYS_PICTURE_PLANE || dims < 2 || dims > 3)
         return;
-    run(l, l->for_velocity, q, v, t);
-    ad_get(l->for_velocity, l->p, l->b);
-    ad_get(l->for_velocity, l->mass, l->M);
+    evaluate(l, q, v, t);
     for (size_t k = 0; k < n; k += dims) {
-        double x[3] = {0}, p[3] = {0}, m = l->M[k * n + k];
+        double x[3] = {0}, p[3] = {0}, m = phys_mass_entry(&l->M, k, k);
         memcpy(x, q + k, dims * sizeof *x);
         memcpy(p, l->b + k, dims * sizeof *p);
         totals->mass += m;

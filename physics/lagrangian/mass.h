@@ -1,8 +1,8 @@
-/* Condition of the mass matrix L_vv: how accurately it can be solved with. */
+/* The mass matrix L_vv, and how accurately it can be solved with. */
 #ifndef PHYSICS_LAGRANGIAN_MASS_H
 #define PHYSICS_LAGRANGIAN_MASS_H
 
-#include <stddef.h>
+#include "coupling.h"
 
 /* A mass matrix of a larger condition number is singular but for rounding: of accelerations fewer
    than four digits would be known. */
@@ -15,5 +15,35 @@ void phys_mass_columns(size_t n, const double *M, double *column);
    pivot is zero. *worst: the coordinate. */
 double phys_mass_condition(size_t n, const double *column, const double *factor, size_t stride,
                            size_t *worst);
+
+/* M of any number of coordinates: by its columns of each colour, factored as a diagonal, a band or
+   a whole. */
+struct phys_mass {
+    struct phys_pattern pattern;
+    double *values;   /* [n x colours]: the sum of its columns of each colour, which share no row */
+    bool diagonal;    /* at the last values */
+    double *factor;   /* M as factored */
+    int *pivots;      /* [n] */
+    double *column;   /* [n]: largest entries of M's columns, in the order of the pattern */
+    double *work;     /* [n] */
+    double condition; /* what elimination cancels at most, of the column of coordinate `worst` */
+    size_t worst;
+    double largest; /* entry of that column */
+};
+
+/* Up to PHYS_MASS_FEW coordinates, or where `whole`, M has all entries. Ends with phys_mass_free,
+   whatever it returned. False: no memory. */
+enum { PHYS_MASS_FEW = 64 };
+bool phys_mass_new(struct phys_mass *mass, const struct phys_system *system, bool whole);
+void phys_mass_free(struct phys_mass *mass);
+/* Entry (i, j) of `values`. */
+double phys_mass_entry(const struct phys_mass *mass, size_t i, size_t j);
+/* Whether `values` have no entry beside the diagonal. */
+bool phys_mass_is_diagonal(const struct phys_mass *mass);
+/* Factors `values`, the entries changed by relative amounts between `rounding` and twice that where
+   M is not diagonal. */
+void phys_mass_factor(struct phys_mass *mass, double rounding);
+/* b [n] becomes M^-1 b. */
+void phys_mass_solve(const struct phys_mass *mass, double *b);
 
 #endif

@@ -17,7 +17,7 @@
 #include <string.h>
 
 /* Beyond, masses that vary are too many series; and their elimination is too many. */
-enum { COORDINATES_MOST = 64, ELIMINATED_MOST = 6 };
+enum { COORDINATES_MOST = PHYS_MASS_FEW, ELIMINATED_MOST = 6 };
 
 struct phys_motion_series {
     phys_motion *motion;
@@ -77,10 +77,27 @@ static ad_var element(ad_var x, size_t i, size_t j)
     return ad_slice_cols(ad_slice_rows(x, i, 1), j, 1);
 }
 
+/* M^-1 f, with the constant diagonal M^-1. */
+static ad_var times_diagonal(const struct phys_motion_series *s, ad_var force)
+{
+    const size_t n = s->dof;
+    double *inverse = malloc(n * sizeof *inverse);
+    if (!inverse)
+        return ad_refuse(force.tape, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; k < n; k++)
+        inverse[k] = 1;
+    phys_motion_solve_constant(s->motion, inverse);
+    ad_var a = ad_mul(ad_const(force.tape, n, 1, inverse), force);
+    free(inverse);
+    return a;
+}
+
 /* M^-1 f, with the constant M^-1. */
 static ad_var times_inverse(const struct phys_motion_series *s, ad_var force)
 {
     const size_t n = s->dof;
+    if (phys_motion_is_diagonal(s->motion))
+        return times_diagonal(s, force);
     double *rows = calloc(n * n, sizeof *rows), *inverse = calloc(n * n, sizeof *inverse);
     ad_var a;
     for (size_t j = 0; rows && inverse && j < n; j++) {

@@ -51,7 +51,7 @@ static void hold_given(struct phys_inertia *c, size_t e)
     for (size_t k = 0; k < n; k++) {
         size_t end = k / c->dof;
         const bool *free = c->hessian->free[end];
-        if (!free || free[k % c->dof] || e != end * (c->hessian->elements - 1))
+        if (!free || free[c->hessian->order[k % c->dof]] || e != end * (c->hessian->elements - 1))
             continue;
         for (size_t j = 0; j < n; j++)
             c->S[j * n + k] = c->S[k * n + j] = j == k ? PHYS_BEYOND_SPECTRUM * c->largest : 0;

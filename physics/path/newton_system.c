@@ -50,7 +50,7 @@ static size_t place(const struct phys_newton_system *band, size_t u)
 {
     const struct phys_hessian *h = band->hessian;
     size_t degree = h->table.degree, node = (band->first + u) / h->dof,
-           d = (band->first + u) % h->dof;
+           d = h->order[(band->first + u) % h->dof];
     return (node % degree * h->dof + d) * (h->elements + 1) + node / degree;
 }
 
@@ -61,7 +61,7 @@ static bool held(const struct phys_newton_system *band, size_t u)
     if (!band->free || (u >= h->dof && u < band->n - h->dof))
         return false;
     const bool *free = h->free[u >= h->dof];
-    return !free || !free[u % h->dof];
+    return !free || !free[h->order[u % h->dof]];
 }
 
 static double scale(const struct phys_newton_system *band, size_t u)
@@ -71,9 +71,9 @@ static double scale(const struct phys_newton_system *band, size_t u)
 
 void phys_newton_system_scale(struct phys_newton_system *band)
 {
-    for (size_t d = 0; d < band->hessian->dof; d++) {
-        double s = band->hessian->stiffness[d];
-        band->scale[d] = s > 0 ? 1 / sqrt(s) : 1;
+    for (size_t k = 0; k < band->hessian->dof; k++) {
+        double s = band->hessian->stiffness[band->hessian->order[k]];
+        band->scale[k] = s > 0 ? 1 / sqrt(s) : 1;
     }
 }
 
@@ -258,8 +258,8 @@ double phys_newton_system_rounding(const struct phys_newton_system *band, const 
     for (size_t e = 0; e < h->elements; e++)
         for (size_t b = 0; b < h->side; b++) {
             size_t node = e * h->table.degree + b / h->dof, j = b % h->dof, first, end;
-            double x =
-                fabs(path[(node % h->table.degree * h->dof + j) * slices + node / h->table.degree]);
+            double x = fabs(path[(node % h->table.degree * h->dof + h->order[j]) * slices +
+                                 node / h->table.degree]);
             phys_hessian_coupled(h, j, &first, &end);
             for (size_t a = 0; a <= h->table.degree; a++)
                 for (size_t i = first; i < end; i++) {

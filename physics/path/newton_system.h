@@ -1,7 +1,8 @@
 /* The Newton step: the element matrices of the Hessian as one band matrix over the free nodes, in
-   order of time or by coordinate, solved by LAPACK's banded LU; where L couples all coordinates, by
-   elements that are reduced to their ends (reduced_elements.h); or by blocks (block_tridiagonal.h),
-   as damped steps are where ordering by coordinate gives no narrower band. */
+   order of time or by coordinate in the order of the Hessian, solved by LAPACK's banded LU; where L
+   couples all coordinates, by elements that are reduced to their ends (reduced_elements.h); or by
+   blocks (block_tridiagonal.h), as damped steps are where ordering by coordinate gives no narrower
+   band. */
 #ifndef PHYSICS_PATH_NEWTON_SYSTEM_H
 #define PHYSICS_PATH_NEWTON_SYSTEM_H
 
@@ -21,7 +22,7 @@ struct phys_newton_system {
     double damping;     /* of the factors */
     bool no_memory;     /* for the last factors */
     int *pivots;
-    double *scale; /* [dof]: D^-1 */
+    double *scale; /* [dof]: D^-1, by places of the Hessian's order */
     double *matrix, *right;
     struct phys_block_tridiagonal blocks; /* made when first needed ... */
     struct phys_reduced reduced;          /* ... as is this */

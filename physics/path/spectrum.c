@@ -120,7 +120,8 @@ static enum ad_status fill(struct phys_hessian *h, struct phys_surface *surface,
             size_t a = at / h->side, b = at % h->side / h->dof, j = at % h->dof;
             for (size_t i = j > h->around ? j - h->around : 0; i < h->dof && i <= j + h->around;
                  i++)
-                h->element[phys_hessian_place(h, e, a, i, b, j)] *= unit[i] * unit[j];
+                h->element[phys_hessian_place(h, e, a, i, b, j)] *=
+                    unit[h->order[i]] * unit[h->order[j]];
         }
     free(unit);
     return error->status;

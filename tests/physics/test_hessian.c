@@ -110,22 +110,11 @@ static enum ad_status at_rest(const void *params, uint64_t seed, double *q, doub
     return AD_OK;
 }
 
-/* All coordinates coupled: a product for each. */
-static void couple_all(struct phys_coupling *c)
-{
-    c->colours = SITES;
-    for (size_t j = 0; j <= SITES; j++)
-        c->start[j] = j * SITES;
-    for (size_t j = 0; j < SITES; j++)
-        c->colour[j] = j;
-    for (size_t k = 0; k < SITES * SITES; k++)
-        c->row[k] = k % SITES;
-}
-
 static void test_colours(void **state)
 {
     const struct phys_scene scene = scene_of("lattice", SITES, lattice, SLICES, 0.1, at_rest);
     struct phys_system system;
+    struct phys_derivatives of[2];
     struct phys_hessian h[2];
     double path[3 * SITES * SLICES];
     (void)state;
@@ -134,25 +123,36 @@ static void test_colours(void **state)
     for (size_t k = 0; k < LENGTH(path); k++)
         path[k] = sin(1.3 * (double)k);
     for (int all = 0; all < 2; all++) {
-        assert_int_equal(phys_hessian_new(&h[all], &system, rule, SLICES, 0.1, NULL, &error),
-                         AD_OK);
+        assert_int_equal(phys_derivatives_new(&of[all], &system, SLICES, NULL, &error), AD_OK);
+        if (all) { /* coordinates coupled: a product for each */
+            phys_pattern_free(&of[1].coupling);
+            assert_true(phys_pattern_new(&of[1].coupling, SITES, NULL));
+        } else {
+            assert_in_range(of[0].coupling.colours, 5, 8); /* rows have 5 to 7 entries */
+        }
+        assert_int_equal(phys_hessian_over(&h[all], &of[all], rule, SLICES, 0.1, &error), AD_OK);
         assert_true(phys_hessian_keep_mass(&h[all]));
-        if (all)
-            couple_all(&h[1].of->coupling);
-        else
-            assert_in_range(h[0].of->coupling.colours, 5, 8); /* rows have 5 to 7 entries */
         for (int again = 0; again < 2; again++)
             phys_hessian_at(&h[all], path, 0.3);
     }
-    assert_int_equal(h[0].reach, SITES - 1);
-    for (size_t k = 0; k < phys_hessian_size(&h[0]); k++)
-        assert_close(h[0].element[k], h[1].element[k], 1e-13, 1e-13);
+    const uint32_t *place = of[0].coupling.place;
+    assert_in_range(h[0].reach, 2, SITES - 2); /* numbered as in the scene: SITES - 1 */
+    for (size_t e = 0; e < SLICES - 1; e++)
+        for (size_t b = 0; b < h[0].side; b++)
+            for (size_t a = 0; a < h[0].side; a++) {
+                size_t i = a % SITES, j = b % SITES;
+                assert_close(phys_hessian_entry(&h[0], e, a / SITES, place[i], b / SITES, place[j]),
+                             phys_hessian_entry(&h[1], e, a / SITES, i, b / SITES, j), 1e-13,
+                             1e-13);
+            }
     for (size_t k = 0; k < h[0].points * SITES * SITES; k++)
         assert_close(h[0].mass[k], h[1].mass[k], 1e-13, 0);
     for (size_t d = 0; d < SITES; d++)
         assert_close(h[0].stiffness[d], h[1].stiffness[d], 1e-13, 0);
-    for (int all = 0; all < 2; all++)
+    for (int all = 0; all < 2; all++) {
         phys_hessian_free(&h[all]);
+        phys_derivatives_free(&of[all]);
+    }
     phys_system_close(&system);
 }
 
