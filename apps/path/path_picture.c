@@ -199,6 +199,8 @@ static void history(struct figure *figure, const struct path_run *run, size_t bl
 
 static void conjugate(const struct phys_spectrum *s, const char *unit, struct line *line)
 {
+    if (s->unknown_conjugate)
+        return;
     if (s->n_conjugate == 0)
         line_add(line, "no conjugate points");
     else

@@ -38,6 +38,8 @@ static int digits(const struct phys_conjugate *c)
     return (int)fmax(1, fmin(10, known));
 }
 
+enum { SHOWN = 40 }; /* conjugate points, at most; --json has all */
+
 static void report_conjugate(const struct path_run *run, const struct phys_spectrum *s,
                              struct report *report)
 {
@@ -52,14 +54,21 @@ static void report_conjugate(const struct path_run *run, const struct phys_spect
     for (size_t k = 0; k < s->n_conjugate; k++) {
         values[k] = s->conjugate[k].time;
         values[s->n_conjugate + k] = s->conjugate[k].error;
+    }
+    const size_t shown = s->n_conjugate > SHOWN ? SHOWN : s->n_conjugate;
+    for (size_t k = 0; k < shown; k++) {
         n += (size_t)snprintf(text + n, sizeof text - n, "%s%.*g", n ? ", " : "",
                               digits(&s->conjugate[k]), s->conjugate[k].time);
-        if (n > sizeof text - 24 || k + 1 == s->n_conjugate) {
+        if (n > sizeof text - 24 || k + 1 == shown) {
             report_line(report, "  conjugate to the start%s%s: %s", *unit ? ", in " : "", unit,
                         text);
             n = 0;
         }
     }
+    if (shown < s->n_conjugate)
+        report_line(report, "  and %zu more, up to %.*g", s->n_conjugate - shown,
+                    digits(&s->conjugate[s->n_conjugate - 1]),
+                    s->conjugate[s->n_conjugate - 1].time);
     report_list(report, "conjugate_times", NULL, unit, s->n_conjugate, values);
     report_list(report, "conjugate_errors", NULL, unit, s->n_conjugate, values + s->n_conjugate);
     free(values);
@@ -98,6 +107,8 @@ void path_report_kind(const struct path_run *run, struct report *report)
         report_number(report, "second_variation", "of the second variation", NULL,
                       s->second_variation);
     }
-    if (run->found.stationary)
+    if (s->unknown_conjugate)
+        report_line(report, "  conjugate points are not computed of so many coordinates");
+    else if (run->found.stationary)
         report_conjugate(run, s, report);
 }

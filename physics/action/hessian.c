@@ -68,7 +68,7 @@ void phys_hessian_free(struct phys_hessian *h)
 
 bool phys_hessian_keep_mass(struct phys_hessian *h)
 {
-    size_t matrix = h->dof * h->dof;
+    size_t matrix = h->dof * (h->around + 1);
     if (h->points > SIZE_MAX / sizeof(double) / matrix)
         return false;
     h->mass = calloc(h->points * matrix, sizeof *h->mass); /* zero where nothing is coupled */
@@ -303,10 +303,13 @@ static void add_masses(struct phys_hessian *h, struct block b, size_t seed)
     for (size_t c = 0; c < b.count; c++)
         h->stiffness[seed] +=
             share * fabs(vv[seed * n + c]) / phys_hessian_length(h, element_of(h, b.first + c));
-    for (size_t c = 0; h->mass && c < b.count; c++)
-        for (size_t k = coupling->start[seed]; k < coupling->start[seed + 1]; k++)
-            h->mass[((b.first + c) * h->dof + seed) * h->dof + coupling->row[k]] =
+    const size_t column = coupling->place[seed];
+    for (size_t k = coupling->start[seed]; h->mass && k < coupling->start[seed + 1]; k++) {
+        const size_t row = coupling->place[coupling->row[k]];
+        for (size_t c = 0; row >= column && c < b.count; c++)
+            h->mass[((b.first + c) * h->dof + column) * (h->around + 1) + row - column] =
                 vv[coupling->row[k] * n + c];
+    }
 }
 
 bool phys_hessian_stopped(struct phys_hessian *h)

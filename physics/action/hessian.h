@@ -36,7 +36,9 @@ struct phys_hessian {
     double action, kinetic; /* with the gradient alone: integrals of L and of v L_v / 2, ... */
     double energy, drift;   /* ... v L_v - L at the first point, and its largest change */
     double *stiffness;      /* [dof]: mean over points of |L_vv| / dt on the diagonal */
-    double *mass; /* [points][dof x dof]: L_vv, where phys_hessian_keep_mass asks for it */
+    /* [points][dof][around + 1]: L_vv by columns, places from the diagonal on, where
+       phys_hessian_keep_mass asks for it */
+    double *mass;
 
     bool (*proceed)(void *context); /* asked for each colour; false ends it: `stopped` */
     void *context;

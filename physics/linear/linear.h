@@ -85,6 +85,10 @@ enum { PHYS_SMALL = 40 }; /* rows that are factored without LAPACK */
    eigenvalues are negative; adds log |det|. */
 size_t phys_lapack_symmetric_inertia(size_t n, size_t stride, const double *a, const int *pivots,
                                      double *log_determinant);
+/* How many eigenvalues of a symmetric band matrix are negative: element (i + k, i), k <= width, is
+   band[i * (width + 1) + k]; width > 0. False: some block of it has a zero pivot, or `memory` is
+   exhausted, which becomes false. (band_inertia.c) */
+bool phys_band_inertia(size_t n, size_t width, const double *band, size_t *negative, bool *memory);
 /* Solves a x = b for m right sides, b [m x n], one a row, in place. */
 void phys_lapack_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b);
 /* Both by LAPACK, where they take long enough for it. */

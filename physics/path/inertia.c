@@ -222,11 +222,62 @@ static bool eliminate_all(struct phys_inertia *c, double sigma, size_t *total,
     return true;
 }
 
+/* ---- in order of places ---- */
+
+enum { MANY = 1000 }; /* coordinates, of which a block of a slice takes long */
+
+/* Whether a band that goes by place, then by node, is less work than blocks of slices. */
+static bool is_wide(const struct phys_hessian *h)
+{
+    double nodes = (double)h->elements * (double)h->table.degree;
+    return h->dof > MANY && !h->free[0] && !h->free[1] &&
+           (double)h->around * nodes < (double)h->dof / 2;
+}
+
+static double node_mass(const struct phys_inertia *c, size_t node)
+{
+    size_t degree = c->hessian->table.degree, e = node / degree;
+    return node % degree ? length_of(c, e) * c->mass[node % degree] : slice_mass(c, e);
+}
+
+/* As eliminate_all, of all unknowns as one band; conjugate points are not known. */
+static bool eliminate_places(struct phys_inertia *c, double sigma, size_t *total)
+{
+    const struct phys_hessian *h = c->hessian;
+    size_t degree = h->table.degree, nodes = h->elements * degree - 1, first, end;
+    size_t n = h->dof * nodes, width = h->reach * nodes + degree, rows = width + 1;
+    bool memory = false, regular = true;
+    *total = 0;
+    double *band = calloc(n, rows * sizeof *band);
+    for (size_t b = 0; band && b < h->elements * h->side; b++) {
+        size_t e = b / h->side, node = b % h->side / h->dof, j = b % h->dof;
+        size_t column = j * nodes + e * degree + node - 1;
+        phys_hessian_coupled(h, j, &first, &end);
+        for (size_t a = 0; a <= degree; a++)
+            for (size_t i = first; i < end; i++) {
+                size_t row = i * nodes + e * degree + a - 1, at = e * degree + a;
+                if (row >= column && at > 0 && at <= nodes && e * degree + node > 0 &&
+                    e * degree + node <= nodes)
+                    band[column * rows + row - column] += phys_hessian_entry(h, e, a, i, node, j);
+            }
+    }
+    for (size_t k = 0; band && k < n; k++)
+        band[k * rows] -= sigma * node_mass(c, k % nodes + 1);
+    if (band)
+        regular = phys_band_inertia(n, width, band, total, &memory);
+    c->lost = !memory;
+    free(band);
+    return regular || c->lost;
+}
+
 /* A pivot that is zero to the last bit is passed by a shift below rounding. */
 size_t phys_inertia_below(struct phys_inertia *c, double sigma, struct phys_spectrum *spectrum)
 {
     size_t total;
-    while (!eliminate_all(c, sigma, &total, spectrum)) {
+    if (spectrum)
+        spectrum->unknown_conjugate = c->wide;
+    while (!(c->wide ? eliminate_places(c, sigma, &total)
+                     : eliminate_all(c, sigma, &total, spectrum))) {
         sigma -= DBL_EPSILON * c->scale;
         if (spectrum)
             spectrum->n_conjugate = 0;
@@ -247,7 +298,14 @@ static double largest_entry(const struct phys_hessian *h)
 bool phys_inertia_new(struct phys_inertia *c, struct phys_hessian *h)
 {
     size_t n = h->dof, m = (h->table.degree - 1) * n;
-    *c = (struct phys_inertia){.hessian = h, .dof = n, .inner = m, .side = 2 * n};
+    *c = (struct phys_inertia){.hessian = h,
+                               .dof = n,
+                               .inner = m,
+                               .side = 2 * n,
+                               .largest = largest_entry(h),
+                               .wide = is_wide(h)};
+    if (c->wide)
+        return true;
     size_t larger = m > n ? m : n;
     c->K = malloc((m * m + 4 * n * m + 12 * n * n + 3 * n * n + 64 * larger) * sizeof *c->K);
     c->pivots = malloc(larger * sizeof *c->pivots);
@@ -267,7 +325,6 @@ bool phys_inertia_new(struct phys_inertia *c, struct phys_hessian *h)
     c->X = c->D + n * n;
     c->Y = c->X + n * n;
     c->work = c->Y + n * n;
-    c->largest = largest_entry(h);
     return true;
 }
 

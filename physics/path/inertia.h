@@ -22,7 +22,8 @@ struct phys_inertia {
     double largest;              /* entry of any element ... */
     double scale;                /* ... and of the spectrum */
     double log_determinant;      /* of H - sigma, of the last sigma */
-    bool lost;                   /* out of memory for conjugate points */
+    bool wide; /* so many coordinates that the matrix goes by coordinate: no conjugate points */
+    bool lost; /* out of memory for them, or for that matrix */
 };
 
 /* Takes the elements of h as they are. False: out of memory; to be freed in any case. */

@@ -199,6 +199,7 @@ struct phys_spectrum {
                           is not known, and the ends are conjugate, or nearly */
     size_t n_conjugate;
     struct phys_conjugate *conjugate; /* in order of time; the intervals of slices until refined */
+    bool unknown_conjugate;           /* too many coordinates: they are not computed */
     bool of_motion;                   /* they are those of the motion: see phys_path_conjugate */
 };
 /* A rule and a number of elements that phys_path_refine tried. */

@@ -74,11 +74,10 @@ enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *
                        "newton: energy weight %g, expected 0: it finds the stationary path of the "
                        "action itself",
                        settings->energy_weight);
-    /* at least: which are coupled, and an entry of each pair of nodes */
+    /* at least: an entry of each pair of nodes */
     const double dof = (double)system->dof, nodes = (double)settings->rule->degree + 1;
-    const double pairs = (double)(sizeof(bool) + sizeof(size_t)) * dof * dof;
     const double entries = sizeof(double) * nodes * nodes * dof * (double)settings->slices;
-    if (check_memory(system, settings, pairs + entries, error) != AD_OK)
+    if (check_memory(system, settings, entries, error) != AD_OK)
         return error->status;
     if (record(s, system, of, error) != AD_OK)
         return error->status;

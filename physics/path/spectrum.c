@@ -167,7 +167,7 @@ static enum ad_status examine(struct phys_hessian *h, struct phys_surface *surfa
     if (spectrum->legendre != PHYS_INDEFINITE)
         count_directions(c, spectrum);
     if (c->lost)
-        return ad_fail(error, AD_E_MEMORY, "out of memory for conjugate points");
+        return ad_fail(error, AD_E_MEMORY, "out of memory for the inertia of the path");
     return of->stopped ? ad_fail(error, AD_E_ACCURACY, "interrupted") : AD_OK;
 }
 
@@ -209,6 +209,8 @@ bool phys_hessian_confirms(struct phys_hessian *h, struct phys_surface *surface,
         }
         ad_blas_threads();
     }
+    if (c.lost)
+        ad_fail(error, AD_E_MEMORY, "out of memory for the inertia of the path");
     phys_inertia_free(&c);
     if (of->stopped)
         ad_fail(error, AD_E_ACCURACY, "interrupted");

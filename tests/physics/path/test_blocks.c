@@ -1,4 +1,5 @@
 /* Damped Newton steps: (H - i m) x = b by block elimination, put back into the equations. */
+#include "physics/path/inertia.h"
 #include "physics/path/newton_system.h"
 #include "tests/physics/published.h"
 #include "tests/physics/systems.h"
@@ -254,11 +255,52 @@ static void singular_inner_nodes_leave_a_band(void **state)
     phys_system_close(&system);
 }
 
+/* Eigenvalues below a shift: counted by places, as of many coordinates, and slice by slice. */
+static void inertia_by_places_is_that_by_slices(void **state)
+{
+    static const char *const rules[] = {"left", "gauss2", "gauss3"};
+    const struct phys_scene scene = scene_of("chain", SITES, chain, 12, 0.9, start);
+    enum { TIMES = 12, MOST = 3 * SITES * TIMES };
+    struct phys_system system;
+    struct ad_error error = {0};
+    static double path[MOST];
+    (void)state;
+    for (size_t k = 0; k < MOST; k++)
+        path[k] = sin(1.3 * (double)k);
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    for (size_t r = 0; r < 2 * LENGTH(rules); r++) {
+        const struct phys_rule *rule = phys_rule_find(rules[r / 2], &error);
+        struct phys_hessian h;
+        struct phys_inertia c;
+        size_t before = 0;
+        ring = r % 2;
+        assert_int_equal(phys_hessian_new(&h, &system, rule, TIMES, 0.9, NULL, &error), AD_OK);
+        phys_hessian_at(&h, path, 0);
+        assert_true(phys_inertia_new(&c, &h));
+        for (int integral = 0; integral < 2; integral++) {
+            phys_inertia_masses(&c, integral);
+            for (int shift = -4; shift <= 8; shift++) {
+                c.wide = false;
+                size_t below = phys_inertia_below(&c, 0.37 * shift, NULL);
+                c.wide = true;
+                assert_int_equal(phys_inertia_below(&c, 0.37 * shift, NULL), below);
+                assert_true(shift == -4 || below >= before);
+                before = below;
+            }
+            assert_in_range(before, 1, SITES * TIMES * 3 - 1);
+        }
+        phys_inertia_free(&c);
+        phys_hessian_free(&h);
+    }
+    phys_system_close(&system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(damped_equations_are_solved),
                                        cmocka_unit_test(a_band_solves_what_blocks_do),
                                        cmocka_unit_test(reduced_elements_are_solved),
-                                       cmocka_unit_test(singular_inner_nodes_leave_a_band)};
+                                       cmocka_unit_test(singular_inner_nodes_leave_a_band),
+                                       cmocka_unit_test(inertia_by_places_is_that_by_slices)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
