@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { COLUMNS = 3, MOST = 40 };
+enum { COLUMNS = 3, MOST = 80 };
 
 /* Places about a scene's start. */
 struct place {
@@ -65,7 +65,10 @@ static bool chooses(const char *scene, const char *name)
                                         "ephemeris relativity",
                                         "ephemeris mass_",
                                         "threebody cap_radius",
-                                        "brachistochrone x0"};
+                                        "brachistochrone x0",
+                                        "sine-gordon sites",
+                                        "sine-gordon frequency",
+                                        "sine-gordon ring"};
     char both[80];
     snprintf(both, sizeof both, "%s %s", scene, name);
     for (size_t k = 0; k < LENGTH(those); k++)
