@@ -68,7 +68,7 @@ LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) \
            $(if $(KERNELS),$(foreach t,f32 f64,$(foreach i,$(ISAS),$(BUILD)/autodiff/kernels/$(t)_$(i).o))) \
            $(if $(SWEEPS),$(foreach t,f32 f64,$(BUILD)/autodiff/direct/sweeps_$(t).o))
 HAND    := $(wildcard apps/bench/hand/hand_kernels.c apps/bench/hand/hand_hnn.c)
-APP_SRC := $(filter-out $(HAND),$(wildcard apps/*.c apps/*/*.c apps/*/*/*.c))
+APP_SRC := $(filter-out $(HAND) apps/ranks/mpi.c,$(wildcard apps/*.c apps/*/*.c apps/*/*/*.c))
 APP_OBJ := $(filter-out $(BUILD)/apps/main.o,$(APP_SRC:%.c=$(BUILD)/%.o)) \
            $(foreach f,$(HAND:%.c=$(BUILD)/%),$(foreach i,$(ISAS),$(f)_$(i).o))
 TEST_DIRS ?= $(wildcard tests/*)
@@ -84,7 +84,7 @@ FUZZ_SECONDS ?= 10
 FUZZ_SEED ?= 0
 KILLS ?= 200
 PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/status.h autodiff/version.h autodiff/tape.h autodiff/operations.h \
-              autodiff/program.h autodiff/derivatives.h autodiff/series.h autodiff/ops.def autodiff/optim.h autodiff/lbfgs.h \
+              autodiff/program.h autodiff/derivatives.h autodiff/series.h autodiff/ops.def autodiff/optim.h autodiff/lbfgs.h autodiff/ranks.h \
               physics/physics.h physics/system/system.h physics/io/names.h \
               physics/lagrangian/check.h physics/lagrangian/conserved.h physics/lagrangian/euler_lagrange.h \
               physics/action/action.h physics/path/path.h physics/ephemeris/ephemeris.h \
@@ -101,7 +101,9 @@ SOVERSION = 4
 
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
-COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/leastaction)
+# With MPI=1 the command is another one, by what mpicc says; all objects but one are the same.
+MPICC ?= mpicc
+COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/$(if $(MPI),ranks/$(MPICC)/)leastaction)
 
 .PHONY: all build-tests objects test test-long check demo deb abi abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan test-page run-threaded recipes fuzz run-fuzzers $(FUZZERS:%=%.run) install uninstall clean help FORCE
 .DELETE_ON_ERROR:
@@ -113,6 +115,7 @@ help:
 	@echo 'make [TARGET] [BUILD=build] [CC=gcc] [CFLAGS=...] [PREFIX=/usr/local] [DESTDIR=] [V=1]'
 	@echo
 	@echo '  all        library (.a, .so) and the command ./leastaction'
+	@echo '             MPI=1: the command runs on many ranks, by mpirun; MPICC=mpicc'
 	@echo '  test       install missing packages, build, run all tests but those of test-long'
 	@echo '  test-long  the tests that take many random programs, or each operation on every back end'
 	@echo '  check      build and run all tests; TEST_DIRS=tests/autodiff: those of a folder'
@@ -239,7 +242,18 @@ $(BUILD)/leastaction: $(BUILD)/apps/main.o $(BUILD)/apps.a $(A)
 	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -rdynamic $< $(BUILD)/apps.a \
 	    -Wl,--whole-archive $(A) -Wl,--no-whole-archive $(LIBS) -o $@
 
-leastaction: $(BUILD)/leastaction
+mpi_flags = $(filter $(1),$(shell $(MPICC) -show))
+$(BUILD)/ranks/$(MPICC)/mpi.o: apps/ranks/mpi.c $(BUILD)/flags
+	$(call say,CC,'$< ($(MPICC))')
+	@mkdir -p $(@D)
+	@$(if $(call mpi_flags,-l%),,echo 'MPI is missing, or its compiler $(MPICC): scripts/install-deps mpi installs it' >&2; exit 1)
+	$(Q)$(compile) $(patsubst -I%,-isystem %,$(call mpi_flags,-I%))
+$(BUILD)/ranks/$(MPICC)/leastaction: $(BUILD)/apps/main.o $(BUILD)/ranks/$(MPICC)/mpi.o $(BUILD)/apps.a $(A)
+	$(call say,LD,$@)
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -rdynamic $(filter %.o,$^) $(BUILD)/apps.a \
+	    -Wl,--whole-archive $(A) -Wl,--no-whole-archive $(LIBS) $(call mpi_flags,-L% -l%) -o $@
+
+leastaction: $(COMMAND)
 	@ln -sf $< $@
 
 # Tests named test_alloc* replace these functions (tests/alloc.c).
@@ -431,7 +445,7 @@ COMPLETIONS = $(ROOT)/share/bash-completion/completions
 
 install: all
 	install -d $(ROOT)/bin $(LIB)/pkgconfig $(LIB)/cmake/leastaction $(MAN1) $(COMPLETIONS)
-	install $(BUILD)/leastaction $(ROOT)/bin/
+	install $(COMMAND) $(ROOT)/bin/
 	install -m 644 $(A) $(LIB)/
 	install $(SO) $(LIB)/libleastaction.so.$(VERSION)
 	ln -sf libleastaction.so.$(VERSION) $(LIB)/libleastaction.so.$(SOVERSION)

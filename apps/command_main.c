@@ -3,6 +3,7 @@
 #include "autodiff/free.h"
 #include "command.h"
 #include "quote.h"
+#include "apps/ranks/ranks.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -60,13 +61,27 @@ static int finish(int status)
     return status == DONE ? NOT_REACHED : status;
 }
 
-static int run(const struct command *command, int argc, char *const argv[], struct ad_error *error)
+/* Ranks above 0 compute, and leave words to rank 0. */
+static enum ad_status set_ranks(const struct command *command, struct ad_ranks *ranks,
+                                struct common *common, struct ad_error *error)
+{
+    common->ranks = ranks;
+    common->quiet |= ranks && ranks->rank > 0;
+    if (ranks && !command->line.ranks)
+        ad_fail(error, AD_E_ARGUMENT, "runs in one process; expected one rank, got %zu",
+                ranks->count);
+    return error->status;
+}
+
+static int run(const struct command *command, int argc, char *const argv[], struct ad_ranks *ranks,
+               struct ad_error *error)
 {
     struct common *common = calloc(1, command->bytes);
     char *text = command_text(argc, argv);
     if (!common || !text) {
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    } else if (options_parse(&command->line, argc - 2, argv + 2, common, error) == AD_OK) {
+    } else if (options_parse(&command->line, argc - 2, argv + 2, common, error) == AD_OK &&
+               set_ranks(command, ranks, common, error) == AD_OK) {
         common->command = text;
         int status = DONE;
         if (common->no_native)
@@ -95,28 +110,47 @@ static void print_error(const char *subcommand, const char *message)
     quote_terminal_line(stderr, "", message);
 }
 
+/* Ends with the other ranks. What all failed in alike, rank 0 says; what one failed in, that one.
+ */
+static int leave(struct ad_ranks *ranks, const char *subcommand, int status,
+                 const struct ad_error *error)
+{
+    char message[sizeof error->message + 32];
+    bool failed = error->status != AD_OK, first = !ranks || ranks->rank == 0;
+    if (failed && first)
+        print_error(subcommand, error->message);
+    status = finish(status);
+    bool met = ranks_meet(ranks, failed);
+    if (failed && !first && !met) {
+        snprintf(message, sizeof message, "rank %zu: %s", ranks->rank, error->message);
+        print_error(subcommand, message);
+    }
+    ranks_end(ranks, met, status);
+    return status;
+}
+
 int command_main(int argc, char *argv[])
 {
-    if (argc < 2) {
-        fputs("leastaction: missing subcommand; leastaction --help lists them\n", stderr);
-        return WRONG_USE;
-    }
-    if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) {
-        help();
-        return finish(DONE);
-    }
-    if (strcmp(argv[1], "--version") == 0) {
-        puts("leastaction " LEASTACTION_VERSION);
-        return finish(DONE);
-    }
     struct ad_error error = {0};
-    const struct command *command = command_find(argv[1], &error);
-    if (!command) {
-        print_error("", error.message);
-        return WRONG_USE;
-    }
-    int status = run(command, argc, argv, &error);
+    struct ad_ranks *ranks = ranks_start(&error);
+    const char *word = argc < 2 ? "" : argv[1];
     if (error.status != AD_OK)
-        print_error(command->line.name, error.message);
-    return finish(status);
+        return leave(ranks, "", WRONG_USE, &error);
+    if (argc < 2) {
+        ad_fail(&error, AD_E_ARGUMENT, "missing subcommand; leastaction --help lists them");
+        return leave(ranks, "", WRONG_USE, &error);
+    }
+    if (strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0) {
+        help();
+        return leave(ranks, "", DONE, &error);
+    }
+    if (strcmp(word, "--version") == 0) {
+        puts("leastaction " LEASTACTION_VERSION);
+        return leave(ranks, "", DONE, &error);
+    }
+    const struct command *command = command_find(word, &error);
+    if (!command)
+        return leave(ranks, "", WRONG_USE, &error);
+    int status = run(command, argc, argv, ranks, &error);
+    return leave(ranks, command->line.name, status, &error);
 }

@@ -63,6 +63,7 @@ struct common {
     struct texts sweep;                 /* there, and where each run keeps files of its own */
     const char *seeds, *curves;
     struct scan *scanning;   /* that this run belongs to: its report goes there; NULL: none */
+    struct ad_ranks *ranks;  /* that share the work; NULL: alone */
     const char *argument[2]; /* what is not an option, in order; NULL beyond the last */
     size_t n_arguments;
     const char *command; /* the whole command line, quoted for a shell; set by main */
@@ -76,6 +77,7 @@ struct command_line {
     const char *arguments[2]; /* placeholders: "SCENE" is needed, "[SCENE]" optional */
     bool names;               /* the arguments are names, never files to read */
     bool scene;               /* takes --set */
+    bool ranks;               /* shares its work among ranks */
     bool outputs;             /* takes --out, --csv and --plot */
     bool members;             /* each run of a sweep keeps files of its own, named after it */
     const struct option *options;

@@ -6,6 +6,7 @@
 #include "autodiff/autodiff.h"
 #include "autodiff/program.h"
 #include "autodiff/optim.h"
+#include "autodiff/ranks.h"
 #include "physics/system/system.h"
 #include "physics/io/names.h"
 #include "physics/lagrangian/check.h"
@@ -63,6 +64,14 @@ static void touched(int signal)
     X(ad_gradient, ad_gradient(1, P, P, (ad_var){0}, P, P, e))                                     \
     X(ad_run_checked, ad_run_checked(P, e))                                                        \
     X(ad_optimiser_new, ad_optimiser_new(P, 0, 1, e))                                              \
+    X(ad_ranks_check, ad_ranks_check(P, e))                                                        \
+    X(ad_ranks_gather, ad_ranks_gather(P, P, 1, P, e))                                             \
+    X(ad_ranks_broadcast, ad_ranks_broadcast(P, 0, P, 1, e))                                       \
+    X(ad_ranks_exchange, ad_ranks_exchange(P, 0, P, 0, P, 1, e))                                   \
+    X(ad_ranks_agree, (ad_ranks_agree(NULL, e), ad_ranks_check(P, e)))                             \
+    X(ad_ranks_same, ad_ranks_same(P, P, P, e))                                                    \
+    X(ad_ranks_sum, ad_ranks_sum(P, 1, 1, NULL, P, P, e))                                          \
+    X(ad_ranks_deal, ad_ranks_deal(P, 1, 1, NULL, P, P, e))                                        \
     X(phys_system_open, phys_system_open(P, O, e))                                                 \
     X(phys_system_make, phys_system_make(P, O, e))                                                 \
     X(phys_system_set, phys_system_set(P, P, 1, e))                                                \

@@ -1,0 +1,194 @@
+/* Ranks by MPI (Open MPI, MPICH): the one file that calls it. */
+#include "ranks.h"
+#include "autodiff/clock.h"
+#include "autodiff/version.h"
+
+#include <limits.h>
+#include <mpi.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static const double patience = 2; /* seconds after an error, in which the others fail alike */
+
+static MPI_Comm deals; /* of task numbers, apart from other messages */
+static _Atomic size_t numbers;
+static _Atomic bool closing;
+static pthread_t dealer;
+static bool dealer_runs;
+
+static void nap(void) { nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL); }
+
+/* ---- bytes: more than an int counts are elements of a type of their own ---- */
+
+struct span {
+    int count;
+    MPI_Datatype type;
+    bool own;
+};
+
+static bool span_new(struct span *s, size_t bytes)
+{
+    enum { PIECE = 1 << 20 };
+    *s = (struct span){(int)bytes, MPI_BYTE, false};
+    if (bytes <= INT_MAX)
+        return true;
+    if (bytes / PIECE > INT_MAX)
+        return false;
+    MPI_Datatype piece;
+    MPI_Aint at[2] = {0, (MPI_Aint)(bytes / PIECE * PIECE)};
+    s->count = 1;
+    s->own = MPI_Type_contiguous(PIECE, MPI_BYTE, &piece) == MPI_SUCCESS &&
+             MPI_Type_create_struct(2, (int[]){(int)(bytes / PIECE), (int)(bytes % PIECE)}, at,
+                                    (MPI_Datatype[]){piece, MPI_BYTE}, &s->type) == MPI_SUCCESS &&
+             MPI_Type_commit(&s->type) == MPI_SUCCESS && MPI_Type_free(&piece) == MPI_SUCCESS;
+    return s->own;
+}
+
+static bool span_end(struct span *s, int result)
+{
+    if (s->own)
+        MPI_Type_free(&s->type);
+    return result == MPI_SUCCESS;
+}
+
+static bool gather(void *context, const void *mine, size_t bytes, void *all)
+{
+    struct span s;
+    (void)context;
+    return span_new(&s, bytes) &&
+           span_end(&s, MPI_Allgather(mine, s.count, s.type, all, s.count, s.type, MPI_COMM_WORLD));
+}
+
+static bool broadcast(void *context, size_t from, void *data, size_t bytes)
+{
+    struct span s;
+    (void)context;
+    return span_new(&s, bytes) &&
+           span_end(&s, MPI_Bcast(data, s.count, s.type, (int)from, MPI_COMM_WORLD));
+}
+
+static int rank_of(size_t rank) { return rank == AD_NO_RANK ? MPI_PROC_NULL : (int)rank; }
+
+static bool exchange(void *context, size_t to, const void *sent, size_t from, void *received,
+                     size_t bytes)
+{
+    struct span s;
+    (void)context;
+    return span_new(&s, bytes) &&
+           span_end(&s, MPI_Sendrecv(sent, s.count, s.type, rank_of(to), 0, received, s.count,
+                                     s.type, rank_of(from), 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE));
+}
+
+/* ---- task numbers: a thread of rank 0 deals them, so that none waits while rank 0 computes ----
+ */
+
+static void *deal(void *unused)
+{
+    MPI_Status asked;
+    (void)unused;
+    while (!closing) {
+        int there = 0;
+        if (MPI_Iprobe(MPI_ANY_SOURCE, 0, deals, &there, &asked) != MPI_SUCCESS)
+            break;
+        if (!there) {
+            nap();
+            continue;
+        }
+        uint64_t number = atomic_fetch_add(&numbers, 1);
+        MPI_Recv(NULL, 0, MPI_BYTE, asked.MPI_SOURCE, 0, deals, MPI_STATUS_IGNORE);
+        MPI_Send(&number, 1, MPI_UINT64_T, asked.MPI_SOURCE, 1, deals);
+    }
+    return NULL;
+}
+
+static bool next(void *context, size_t *number)
+{
+    const struct ad_ranks *ranks = context;
+    uint64_t dealt = 0;
+    if (ranks->rank == 0) {
+        if (!dealer_runs)
+            dealer_runs = pthread_create(&dealer, NULL, deal, NULL) == 0;
+        *number = atomic_fetch_add(&numbers, 1);
+        return dealer_runs;
+    }
+    bool received = MPI_Sendrecv(NULL, 0, MPI_BYTE, 0, 0, &dealt, 1, MPI_UINT64_T, 0, 1, deals,
+                                 MPI_STATUS_IGNORE) == MPI_SUCCESS;
+    *number = dealt;
+    return received;
+}
+
+/* ---- start and end ---- */
+
+static struct ad_ranks world = {.size = sizeof world,
+                                .context = &world,
+                                .gather = gather,
+                                .broadcast = broadcast,
+                                .exchange = exchange,
+                                .next = next};
+
+static enum ad_status join(struct ad_error *error)
+{
+    int rank = 0, count = 1, threads = 0;
+    const char *variable;
+    if (MPI_Init_thread(NULL, NULL, MPI_THREAD_MULTIPLE, &threads) != MPI_SUCCESS ||
+        MPI_Comm_rank(MPI_COMM_WORLD, &rank) != MPI_SUCCESS ||
+        MPI_Comm_size(MPI_COMM_WORLD, &count) != MPI_SUCCESS ||
+        MPI_Comm_dup(MPI_COMM_WORLD, &deals) != MPI_SUCCESS)
+        return ad_fail(error, AD_E_IO, "MPI did not start");
+    MPI_Comm_set_errhandler(MPI_COMM_WORLD, MPI_ERRORS_RETURN);
+    MPI_Comm_set_errhandler(deals, MPI_ERRORS_RETURN);
+    world.rank = (size_t)rank;
+    world.count = (size_t)count;
+    if (threads < MPI_THREAD_MULTIPLE)
+        return ad_fail(error, AD_E_ARGUMENT, "this MPI lacks MPI_THREAD_MULTIPLE; try another");
+    size_t launched = ranks_launched(&variable);
+    if (world.count != launched)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s: started as %zu processes, of which MPI joined %zu; expected the mpirun "
+                       "of the MPI that the program was built with",
+                       variable, launched, world.count);
+    return ad_ranks_same(&world, "version", LEASTACTION_VERSION, error);
+}
+
+/* Started alone, MPI is not begun: that takes longer than short runs do. */
+struct ad_ranks *ranks_start(struct ad_error *error)
+{
+    const char *variable;
+    if (ranks_launched(&variable) == 1)
+        return NULL;
+    join(error);
+    if (world.rank > 0 && !freopen("/dev/null", "w", stdout))
+        ad_fail(error, AD_E_IO, "/dev/null cannot be opened");
+    return &world;
+}
+
+bool ranks_meet(struct ad_ranks *ranks, bool failed)
+{
+    MPI_Request all;
+    int here = 0;
+    if (!ranks)
+        return true;
+    /* The lowest rank that failed gives up first, so that one speaks for all. */
+    double until = ad_now() + patience + 0.1 * (double)ranks->rank;
+    if (MPI_Ibarrier(MPI_COMM_WORLD, &all) != MPI_SUCCESS)
+        return false;
+    while (MPI_Test(&all, &here, MPI_STATUS_IGNORE) == MPI_SUCCESS && !here &&
+           !(failed && ad_now() > until))
+        nap();
+    return here;
+}
+
+void ranks_end(struct ad_ranks *ranks, bool met, int status)
+{
+    if (!ranks)
+        return;
+    if (!met)
+        MPI_Abort(MPI_COMM_WORLD, status);
+    closing = true;
+    if (dealer_runs)
+        pthread_join(dealer, NULL);
+    MPI_Comm_free(&deals);
+    MPI_Finalize();
+}

@@ -1,0 +1,203 @@
+/* The caller's functions between ranks, counted, and what is made of them but for sums. */
+#include "ranks.h"
+#include "clock.h"
+#include "free.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+static size_t count_of(const struct ad_ranks *r) { return r ? r->count : 1; }
+
+enum ad_status ad_ranks_check(const struct ad_ranks *r, struct ad_error *error)
+{
+    if (AD_LACKS(error, r, r->gather, r->broadcast, r->exchange, r->next))
+        return error->status;
+    if (r->size != sizeof *r)
+        return ad_fail(error, AD_E_ARGUMENT, "ranks: size %zu; expected sizeof(struct ad_ranks)",
+                       r->size);
+    if (r->rank >= r->count)
+        return ad_fail(error, AD_E_ARGUMENT, "ranks: rank %zu; expected one of 0 to %zu - 1",
+                       r->rank, r->count);
+    return AD_OK;
+}
+
+static enum ad_status lost(const struct ad_ranks *r, struct ad_error *error)
+{
+    return ad_fail(error, AD_E_IO, "rank %zu of %zu lost the others", r->rank, r->count);
+}
+
+static enum ad_status finish(struct ad_ranks *r, double began, size_t messages, size_t bytes,
+                             bool done, struct ad_error *error)
+{
+    r->seconds += ad_now() - began;
+    r->messages += messages;
+    r->bytes += messages * bytes;
+    return done ? AD_OK : lost(r, error);
+}
+
+enum ad_status ad_ranks_gather(struct ad_ranks *r, const void *mine, size_t bytes, void *all,
+                               struct ad_error *error)
+{
+    if (AD_LACKS(error, mine, all))
+        return error->status;
+    if (!r) {
+        memcpy(all, mine, bytes);
+        return AD_OK;
+    }
+    double began = ad_now();
+    bool done = r->gather(r->context, mine, bytes, all);
+    return finish(r, began, r->count - 1, bytes, done, error);
+}
+
+enum ad_status ad_ranks_broadcast(struct ad_ranks *r, size_t from, void *data, size_t bytes,
+                                  struct ad_error *error)
+{
+    if (AD_LACKS(error, data) || !r)
+        return error->status;
+    double began = ad_now();
+    bool done = r->broadcast(r->context, from, data, bytes);
+    return finish(r, began, r->rank == from ? r->count - 1 : 0, bytes, done, error);
+}
+
+enum ad_status ad_ranks_exchange(struct ad_ranks *r, size_t to, const void *sent, size_t from,
+                                 void *received, size_t bytes, struct ad_error *error)
+{
+    if (error->status != AD_OK || (to != AD_NO_RANK && AD_LACKS(error, sent)) ||
+        (from != AD_NO_RANK && AD_LACKS(error, received)) || !r)
+        return error->status;
+    double began = ad_now();
+    bool done = r->exchange(r->context, to, sent, from, received, bytes);
+    return finish(r, began, to != AD_NO_RANK, bytes, done, error);
+}
+
+size_t ad_ranks_first(const struct ad_ranks *r, size_t n, size_t rank)
+{
+    size_t count = count_of(r);
+    return n / count * rank + n % count * rank / count;
+}
+
+/* ---- agreement ---- */
+
+enum ad_status ad_ranks_agree(struct ad_ranks *r, struct ad_error *error)
+{
+    if (count_of(r) == 1)
+        return error->status;
+    struct ad_error none = {0}, *all = malloc(r->count * sizeof *all);
+    if (!all || ad_ranks_gather(r, error, sizeof *all, all, &none) != AD_OK) {
+        free(all);
+        return lost(r, error);
+    }
+    size_t first = r->count, failed = 0;
+    for (size_t k = r->count; k-- > 0;)
+        if (all[k].status != AD_OK) {
+            first = k;
+            failed++;
+        }
+    if (failed == r->count)
+        *error = all[0];
+    else if (failed) {
+        *error = none;
+        ad_fail(error, all[first].status, "rank %zu: %s", first, all[first].message);
+    }
+    free(all);
+    return error->status;
+}
+
+enum ad_status ad_ranks_same(struct ad_ranks *r, const char *what, const char *text,
+                             struct ad_error *error)
+{
+    enum { ROOM = 256 };
+    char mine[ROOM] = "";
+    if (AD_LACKS(error, what, text) || count_of(r) == 1)
+        return error->status;
+    snprintf(mine, sizeof mine, "%s", text);
+    char *all = malloc(r->count * ROOM);
+    if (!all)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu ranks", r->count);
+    ad_ranks_gather(r, mine, ROOM, all, error);
+    for (size_t k = 1; k < r->count && error->status == AD_OK; k++)
+        if (strcmp(all + k * ROOM, all) != 0)
+            ad_fail(error, AD_E_INPUT, "%s: '%.99s' on rank 0, '%.99s' on rank %zu; expected one",
+                    what, all, all + k * ROOM, k);
+    free(all);
+    return error->status;
+}
+
+/* ---- tasks ---- */
+
+/* Takes numbers, each of `share` tasks, until they are used up: also after an error, so that all
+   ranks know how many were taken. */
+static void run_tasks(struct ad_ranks *r, size_t tasks, size_t share, size_t bytes,
+                      ad_ranks_task *run, void *context, char *results, unsigned char *done,
+                      struct ad_error *error)
+{
+    for (;;) {
+        size_t number = 0;
+        double began = ad_now();
+        bool dealt = r->next(r->context, &number);
+        r->seconds += ad_now() - began;
+        if (!dealt)
+            lost(r, error);
+        size_t first = (number - r->dealt) * share;
+        if (!dealt || first >= tasks)
+            return;
+        for (size_t k = first; k < first + share && k < tasks && error->status == AD_OK; k++) {
+            run(context, k, bytes ? results + k * bytes : NULL, error);
+            done[k] = 1;
+        }
+    }
+}
+
+/* Results [tasks x bytes] of those that rank `from` has done, to all. */
+static enum ad_status spread(struct ad_ranks *r, size_t from, size_t tasks, size_t bytes,
+                             const unsigned char *done, char *packed, char *results,
+                             struct ad_error *error)
+{
+    size_t n = 0;
+    for (size_t k = 0; k < tasks; k++)
+        if (done[k])
+            memcpy(packed + n++ * bytes, results + k * bytes, bytes);
+    if (n == 0 || ad_ranks_broadcast(r, from, packed, n * bytes, error) != AD_OK)
+        return error->status;
+    n = 0;
+    for (size_t k = 0; k < tasks; k++)
+        if (done[k])
+            memcpy(results + k * bytes, packed + n++ * bytes, bytes);
+    return AD_OK;
+}
+
+static enum ad_status deal(struct ad_ranks *r, size_t tasks, size_t bytes, ad_ranks_task *run,
+                           void *context, char *results, struct ad_error *error)
+{
+    const size_t share = tasks / (64 * r->count) + 1; /* so that dealing takes little */
+    unsigned char *mine = calloc(tasks, 1), *done = malloc(r->count * tasks);
+    char *packed = malloc(tasks * bytes + 1);
+    if (!mine || !done || !packed)
+        ad_fail(error, AD_E_MEMORY, "out of memory for %zu tasks", tasks);
+    if (ad_ranks_agree(r, error) == AD_OK) {
+        run_tasks(r, tasks, share, bytes, run, context, results, mine, error);
+        r->dealt += (tasks + share - 1) / share + r->count;
+        ad_ranks_agree(r, error);
+        if (bytes)
+            ad_ranks_gather(r, mine, tasks, done, error);
+        for (size_t k = 0; bytes && k < r->count && error->status == AD_OK; k++)
+            spread(r, k, tasks, bytes, done + k * tasks, packed, results, error);
+    }
+    AD_FREE(mine, done, packed);
+    return error->status;
+}
+
+enum ad_status ad_ranks_deal(struct ad_ranks *r, size_t tasks, size_t bytes, ad_ranks_task *run,
+                             void *context, void *results, struct ad_error *error)
+{
+    if (AD_LACKS(error, run) || (bytes && AD_LACKS(error, results)) ||
+        (r && ad_ranks_check(r, error) != AD_OK))
+        return error->status;
+    if (bytes)
+        memset(results, 0, tasks * bytes);
+    if (count_of(r) > 1)
+        return tasks ? deal(r, tasks, bytes, run, context, results, error) : AD_OK;
+    for (size_t k = 0; k < tasks && error->status == AD_OK; k++)
+        run(context, k, bytes ? (char *)results + k * bytes : NULL, error);
+    return error->status;
+}
