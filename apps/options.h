@@ -4,6 +4,7 @@
 #ifndef APPS_OPTIONS_H
 #define APPS_OPTIONS_H
 
+#include "autodiff/ranks.h"
 #include "physics/physics.h"
 
 #include <math.h>

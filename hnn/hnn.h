@@ -17,6 +17,7 @@
 #ifndef HNN_HNN_H
 #define HNN_HNN_H
 
+#include "autodiff/ranks.h"
 #include "physics/physics.h"
 
 AD_HEADER_BEGIN
@@ -328,6 +329,12 @@ struct hnn_training {
     void *loss_context;
     double clip; /* a gradient of a larger Euclidean norm is scaled to this one, before weight
                     decay; 0: never; not for lbfgs */
+    /* Ranks that train together, each on its share of every batch, in blocks of 1024 to 4096
+       samples (100 of frames); NULL: alone. On every rank the same functions are called with the
+       same arguments, `progress` answers alike, and what they return is the same to the last bit;
+       one rank's error is that of all, but files are written by rank 0 alone. Outlives the trainer.
+     */
+    struct ad_ranks *ranks;
 };
 /* As published: adam, constant, 2000 steps, full batch, rate 1e-3, weight decay 1e-4; except for
    the average over the last tenth of the steps, where published models have their last weights. */

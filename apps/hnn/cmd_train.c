@@ -11,7 +11,8 @@ static int train(struct train_run *run, struct ad_error *error)
     const struct common *common = &run->options->common;
     struct report report = {0};
     enum hnn_stop stop = HNN_STOP_STEPS;
-    if (train_check_outputs(run->options, error) != AD_OK)
+    train_check_outputs(run->options, error);
+    if (ad_ranks_agree(common->ranks, error) != AD_OK)
         return command_status(error);
     progress_start(&run->progress, common->quiet, NULL);
     run->progress.from = (double)hnn_trainer_step(run->trainer);
@@ -21,10 +22,12 @@ static int train(struct train_run *run, struct ad_error *error)
     progress_end(&run->progress);
     if (run->failed.status != AD_OK)
         ad_fail(error, run->failed.status, "%s", run->failed.message);
-    if (error->status != AD_OK || train_save(run, error) != AD_OK ||
-        (run->pixels &&
-         hnn_video_motion(run->model, &run->frames, &run->pairs, &run->motion, error) != AD_OK) ||
-        train_mass(run, error) != AD_OK || train_publish(run, true, error) != AD_OK)
+    if (error->status == AD_OK && train_save(run, error) == AD_OK &&
+        (!run->pixels ||
+         hnn_video_motion(run->model, &run->frames, &run->pairs, &run->motion, error) == AD_OK) &&
+        train_mass(run, error) == AD_OK)
+        train_publish(run, true, error);
+    if (ad_ranks_agree(common->ranks, error) != AD_OK)
         return command_status(error);
     train_report(run, &report);
     report_show(&report, common, error);
@@ -128,6 +131,7 @@ const struct command command_train = {
     .line =
         {.name = "train",
          .what = "a Hamiltonian or Lagrangian neural network from data",
+         .ranks = true,
          .arguments = {"DATA"},
          .members = true,
          .options = table,

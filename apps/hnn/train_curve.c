@@ -45,14 +45,14 @@ static bool write_losses(const struct train_run *run, FILE *out, bool *tested)
     return shown > 0;
 }
 
-static void draw(const struct train_run *run, struct plot *plot)
+/* train, test: the present losses. */
+static void draw(const struct train_run *run, double train, double test, struct plot *plot)
 {
     struct line found = {0};
     struct figure figure;
     struct layout layout = figure_pair;
     bool tested, any = write_losses(run, plot->data, &tested);
-    const double train = hnn_trainer_train_loss(run->trainer),
-                 test = hnn_trainer_test_loss(run->trainer), zero = train_loss_of_zero(run);
+    const double zero = train_loss_of_zero(run);
     const size_t step = hnn_trainer_step(run->trainer);
     line_add(&found, "%zu of %zu steps", step, run->settings.steps);
     line_add(&found, "train loss %.3g", train);
@@ -86,13 +86,20 @@ enum ad_status train_publish(const struct train_run *run, bool last, struct ad_e
     const struct train_options *o = run->options;
     struct result log;
     struct plot plot;
+    double train = NAN, test = NAN;
+    if (o->common.plot) { /* all ranks share these */
+        train = hnn_trainer_train_loss(run->trainer);
+        test = hnn_trainer_test_loss(run->trainer);
+    }
+    if (o->common.ranks && o->common.ranks->rank > 0)
+        return error->status;
     if (o->log && (last || !is_stream(o->log)) && result_begin(&log, o->log, error) == AD_OK) {
         write_log(run, log.out);
         result_commit(&log, error);
     }
     if (o->common.plot && error->status == AD_OK &&
         plot_begin(&plot, o->common.plot, error) == AD_OK) {
-        draw(run, &plot);
+        draw(run, train, test, &plot);
         plot_commit(&plot, error);
     }
     return error->status;
@@ -102,6 +109,8 @@ enum ad_status train_check_outputs(const struct train_options *o, struct ad_erro
 {
     struct phys_atomic_file file;
     struct plot plot;
+    if (o->common.ranks && o->common.ranks->rank > 0)
+        return AD_OK;
     if (page_wanted(o->common.plot))
         return ad_fail(error, AD_E_ARGUMENT,
                        "--plot: expected a name ending in .svg, .png or .gif, got '%s'; try "

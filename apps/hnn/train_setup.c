@@ -240,6 +240,7 @@ static enum ad_status training_settings(struct train_run *run, struct ad_error *
     s->patience = option_count_or(o->patience, 0);
     s->seed = o->common.seed;
     s->threads = o->common.threads;
+    s->ranks = o->common.ranks;
     s->progress = train_after_step;
     s->context = run;
     if (error->status == AD_OK && o->batch)
@@ -269,25 +270,37 @@ static enum ad_status refuse_unused(const struct train_run *run, struct ad_error
     return options_unused(&o->common, sizeof rows / sizeof *rows, rows, error);
 }
 
-enum ad_status train_setup(const struct train_options *options, struct train_run *run,
-                           struct ad_error *error)
+static enum ad_status set_up(struct train_run *run, struct ad_error *error)
 {
-    const char *file = options->common.out;
-    *run = (struct train_run){.options = options, .next_checkpoint = options->checkpoint};
-    run->pixels = strncmp(options->model, "pixel-", 6) == 0;
+    const struct ad_ranks *ranks = run->options->common.ranks;
     if ((run->pixels ? train_read_frames : read_data)(run, error) != AD_OK ||
         refuse_unused(run, error) != AD_OK || make_model(run, error) != AD_OK ||
         training_settings(run, error) != AD_OK ||
         hnn_trainer_new(run->model, &run->settings, &run->train, &run->test, &run->trainer,
                         error) != AD_OK)
         return error->status;
-    if (options->resume && access(file, F_OK) == 0)
+    run->wanted = calloc(ranks ? ranks->count : 1, 1);
+    if (!run->wanted)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    return error->status;
+}
+
+enum ad_status train_setup(const struct train_options *options, struct train_run *run,
+                           struct ad_error *error)
+{
+    const char *file = options->common.out;
+    *run = (struct train_run){.options = options, .next_checkpoint = options->checkpoint};
+    run->pixels = strncmp(options->model, "pixel-", 6) == 0;
+    set_up(run, error);
+    if (ad_ranks_agree(options->common.ranks, error) == AD_OK && options->resume &&
+        access(file, F_OK) == 0)
         hnn_trainer_resume(run->trainer, file, error);
     return error->status;
 }
 
 void train_free(struct train_run *run)
 {
+    free(run->wanted);
     hnn_trainer_free(run->trainer);
     hnn_model_free(run->model);
     hnn_dataset_free(&run->data);

@@ -27,15 +27,33 @@ enum ad_status train_save(struct train_run *run, struct ad_error *error)
     return hnn_trainer_save(run->trainer, common->out, common->command, error);
 }
 
+enum { STOP = 1, SAVE = 2 };
+
+/* What this rank wants after a step, or any of all ranks: rank 0 says when to save. */
+static unsigned wanted(struct train_run *run, const hnn_trainer *trainer)
+{
+    struct ad_ranks *ranks = run->options->common.ranks;
+    bool due = hnn_trainer_seconds(trainer) >= run->next_checkpoint;
+    unsigned char mine = (interrupted() ? STOP : 0) | (due ? SAVE : 0);
+    if (!ranks)
+        return mine;
+    mine &= ranks->rank == 0 ? STOP | SAVE : STOP;
+    ad_ranks_gather(ranks, &mine, 1, run->wanted, &run->failed);
+    for (size_t k = 0; k < ranks->count; k++)
+        mine |= run->wanted[k];
+    return mine;
+}
+
 bool train_after_step(void *context, hnn_trainer *trainer)
 {
     struct train_run *run = context;
+    unsigned want = wanted(run, trainer);
     show(run);
-    if (hnn_trainer_seconds(trainer) >= run->next_checkpoint) {
+    if (want & SAVE) {
         struct ad_error ignored = {0}; /* a training does not end for want of its picture */
         train_save(run, &run->failed);
         train_publish(run, false, &ignored);
         run->next_checkpoint = hnn_trainer_seconds(trainer) + run->options->checkpoint;
     }
-    return !interrupted() && run->failed.status == AD_OK;
+    return !(want & STOP) && run->failed.status == AD_OK;
 }

@@ -69,16 +69,18 @@ static bool broadcast(void *context, size_t from, void *data, size_t bytes)
            span_end(&s, MPI_Bcast(data, s.count, s.type, (int)from, MPI_COMM_WORLD));
 }
 
-static int rank_of(size_t rank) { return rank == AD_NO_RANK ? MPI_PROC_NULL : (int)rank; }
-
 static bool exchange(void *context, size_t to, const void *sent, size_t from, void *received,
                      size_t bytes)
 {
+    const bool sends = to != AD_NO_RANK, receives = from != AD_NO_RANK;
     struct span s;
     (void)context;
     return span_new(&s, bytes) &&
-           span_end(&s, MPI_Sendrecv(sent, s.count, s.type, rank_of(to), 0, received, s.count,
-                                     s.type, rank_of(from), 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE));
+           span_end(&s,
+                    MPI_Sendrecv(sent, sends ? s.count : 0, s.type, sends ? (int)to : MPI_PROC_NULL,
+                                 0, received, receives ? s.count : 0, s.type,
+                                 receives ? (int)from : MPI_PROC_NULL, 0, MPI_COMM_WORLD,
+                                 MPI_STATUS_IGNORE));
 }
 
 /* ---- task numbers: a thread of rank 0 deals them, so that none waits while rank 0 computes ----

@@ -5,9 +5,12 @@
 #include "autodiff/free.h"
 #include "train_speed.h"
 #include "autodiff/clock.h"
+#include "autodiff/hash.h"
 #include "physics/io/grow.h"
 
+#include <inttypes.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -70,10 +73,12 @@ enum ad_status hnn_trainer_new(hnn_model *model, const struct hnn_training *trai
     t->normalised = model->normalised;
     if (hnn_learner_new(t, train, error) != AD_OK || prepare_data(t, train, test, error) != AD_OK ||
         hnn_own_loss_check(t->learner, &t->settings, &t->train, error) != AD_OK ||
-        hnn_problem_new(&t->problem, t->learner, &t->settings, &t->train, error) != AD_OK ||
-        hnn_loss_evaluator_new(&t->train_loss, t->learner, &t->settings, &t->train, error) !=
+        hnn_problem_new(&t->problem, t->learner, &t->settings, &t->train, &t->failed, error) !=
             AD_OK ||
-        hnn_loss_evaluator_new(&t->test_loss, t->learner, &t->settings, &t->test, error) != AD_OK ||
+        hnn_loss_evaluator_new(&t->train_loss, t->learner, &t->settings, &t->train, &t->failed,
+                               error) != AD_OK ||
+        hnn_loss_evaluator_new(&t->test_loss, t->learner, &t->settings, &t->test, &t->failed,
+                               error) != AD_OK ||
         prepare_method(t, error) != AD_OK) {
         hnn_trainer_free(t);
         return error->status;
@@ -190,6 +195,19 @@ enum ad_status hnn_history_add(hnn_trainer *t, const struct hnn_row *row, struct
     return AD_OK;
 }
 
+/* The error of an evaluation; the next one begins without. */
+static enum ad_status take_failure(hnn_trainer *t, struct ad_error *error)
+{
+    struct ad_error failed = t->failed;
+    t->failed = (struct ad_error){0};
+    if (failed.status == AD_E_NONFINITE)
+        ad_fail(error, failed.status, "%s at step %zu; try a smaller learning rate", failed.message,
+                t->step);
+    else if (failed.status != AD_OK)
+        ad_fail(error, failed.status, "%s", failed.message);
+    return error->status;
+}
+
 /* Closes a row of the history: the test loss, and whether it is the least so far. */
 static enum ad_status evaluate_losses(hnn_trainer *t, struct ad_error *error)
 {
@@ -198,6 +216,8 @@ static enum ad_status evaluate_losses(hnn_trainer *t, struct ad_error *error)
                           .train_loss = t->loss_sum / (double)t->loss_count,
                           .test_loss = hnn_evaluate_loss(&t->test_loss, point, t->size_bytes),
                           .seconds = t->seconds};
+    if (take_failure(t, error) != AD_OK)
+        return error->status;
     t->loss_sum = 0;
     t->loss_count = 0;
     if (row.test_loss < t->best_loss) {
@@ -249,13 +269,8 @@ static enum ad_status take_step(hnn_trainer *t, struct ad_error *error)
     t->steps_now++;
     t->loss_sum += loss;
     t->loss_count++;
-    size_t singular = hnn_problem_singular(p);
-    if (singular < t->train.n)
-        return ad_fail(
-            error, AD_E_NONFINITE,
-            "L_vv of training sample %zu is singular at step %zu; try a smaller learning "
-            "rate",
-            singular + 1, t->step);
+    if (take_failure(t, error) != AD_OK)
+        return error->status;
     if (!isfinite(loss))
         return ad_fail(error, AD_E_NONFINITE,
                        "the loss is not finite at step %zu; try a smaller learning rate", t->step);
@@ -298,6 +313,17 @@ static enum ad_status take_steps(hnn_trainer *t, size_t n, enum hnn_stop *stop,
     return AD_OK;
 }
 
+/* Ranks that read another file, or an older checkpoint, would train towards something else. */
+static enum ad_status compare_ranks(hnn_trainer *t, struct ad_error *error)
+{
+    char text[128];
+    uint64_t point = ad_hash(AD_HASH_BEGIN, hnn_problem_point(&t->problem), t->size_bytes);
+    snprintf(text, sizeof text,
+             "step %zu, parameters %016" PRIx64 ", data %016" PRIx64 " %016" PRIx64, t->step, point,
+             t->train.hash, t->test.hash);
+    return ad_ranks_same(t->settings.ranks, "training", text, error);
+}
+
 enum ad_status hnn_trainer_advance(hnn_trainer *t, size_t n, enum hnn_stop *stop,
                                    struct ad_error *error)
 {
@@ -307,7 +333,7 @@ enum ad_status hnn_trainer_advance(hnn_trainer *t, size_t n, enum hnn_stop *stop
     if (AD_LACKS(error, t) || hnn_trainer_idle(t, error) != AD_OK)
         return error->status;
     t->running = true;
-    if (take_steps(t, n, stop, error) == AD_OK)
+    if (compare_ranks(t, error) == AD_OK && take_steps(t, n, stop, error) == AD_OK)
         hnn_trainer_deliver(t, error);
     t->running = false;
     t->delivered = true; /* or as it was */

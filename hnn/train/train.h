@@ -89,32 +89,36 @@ enum ad_status hnn_velocities_check(const hnn_model *model, const struct hnn_tra
 struct hnn_problem {
     enum ad_type type;
     size_t n; /* parameters */
-    size_t batch;
+    /* Samples: of a batch, and of each of its blocks but the last, on which the program runs. */
+    size_t batch, block, blocks;
     double clip; /* of hnn_training */
+    struct ad_ranks *ranks;
+    double *sum; /* [n + 1] the gradient and the loss over blocks */
+    struct ad_error *failed;
     const struct hnn_data *data;
     uint32_t *drawn; /* [batch] samples of the batch, set before an evaluation; NULL: all of them */
     ad_tape *tape;
-    ad_var parameters, x, target, loss, gradient;
+    ad_var parameters, x, target, weights, loss, gradient;
     ad_program *program;
 };
-/* For batches of training->batch, 0: all samples. */
+/* For batches of training->batch, 0: all samples. Evaluations leave their errors in *failed. */
 enum ad_status hnn_problem_new(struct hnn_problem *problem, const hnn_model *model,
                                const struct hnn_training *training, const struct hnn_data *data,
-                               struct ad_error *error);
+                               struct ad_error *failed, struct ad_error *error);
 void hnn_problem_free(struct hnn_problem *problem);
 /* The present point and the gradient there, [n] of the type. */
 void *hnn_problem_point(const struct hnn_problem *problem);
 const void *hnn_problem_gradient(const struct hnn_problem *problem);
-/* The sample of the last evaluation that has no accelerations, its L_vv being singular; data->n:
- * none. */
-size_t hnn_problem_singular(const struct hnn_problem *problem);
-/* Runs the program; returns the loss. The gradient is clipped. */
+/* Runs the program; returns the loss. The gradient is clipped. An error, such as AD_E_NONFINITE
+   for a sample that has no accelerations, its L_vv being singular: NaN. */
 double hnn_problem_evaluate(const struct hnn_problem *problem);
-/* The same on one thread; returns the seconds spent in matrix products. */
+/* The first block on one thread; returns the seconds spent in matrix products. */
 double hnn_problem_products(const struct hnn_problem *problem);
 
-/* The loss over many samples, in pieces of one program. */
+/* The loss over many samples, in pieces of one program, shared among ranks. */
 struct hnn_loss_evaluator {
+    struct ad_ranks *ranks;
+    struct ad_error *failed;
     ad_tape *tape;
     ad_var parameters, x, target, losses;
     ad_program *program;
@@ -123,7 +127,8 @@ struct hnn_loss_evaluator {
 };
 enum ad_status hnn_loss_evaluator_new(struct hnn_loss_evaluator *evaluator, const hnn_model *model,
                                       const struct hnn_training *training,
-                                      const struct hnn_data *data, struct ad_error *error);
+                                      const struct hnn_data *data, struct ad_error *failed,
+                                      struct ad_error *error);
 void hnn_loss_evaluator_free(struct hnn_loss_evaluator *evaluator);
 /* Mean loss at a point [n]; NaN without samples. */
 double hnn_evaluate_loss(const struct hnn_loss_evaluator *evaluator, const void *point,
@@ -157,6 +162,7 @@ struct hnn_trainer {
     struct hnn_data train, test;
     struct hnn_problem problem;
     struct hnn_loss_evaluator train_loss, test_loss;
+    struct ad_error failed; /* of an evaluation; the step or the call that made it takes it */
     void *method;
     bool delivered;      /* no step was taken since the model had the result */
     bool running;        /* inside hnn_trainer_run or _advance */

@@ -136,9 +136,11 @@ ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *trai
 
 enum ad_status hnn_loss_evaluator_new(struct hnn_loss_evaluator *s, const hnn_model *model,
                                       const struct hnn_training *training,
-                                      const struct hnn_data *data, struct ad_error *error)
+                                      const struct hnn_data *data, struct ad_error *failed,
+                                      struct ad_error *error)
 {
-    *s = (struct hnn_loss_evaluator){.data = data, .piece = piece_of(data)};
+    *s = (struct hnn_loss_evaluator){
+        .ranks = training->ranks, .failed = failed, .data = data, .piece = piece_of(data)};
     if (data->n == 0)
         return AD_OK;
     s->tape = ad_tape_new(data->type);
@@ -177,20 +179,29 @@ static double sum_losses(const struct hnn_loss_evaluator *s, size_t count)
     return sum;
 }
 
+static enum ad_status add_piece(void *context, size_t k, double *sum, struct ad_error *error)
+{
+    const struct hnn_loss_evaluator *s = context;
+    const struct hnn_data *data = s->data;
+    size_t first = k * s->piece, left = data->n - first;
+    if (s->piece < data->n)
+        hnn_data_copy(data, NULL, first, s->piece, s->piece, ad_data(s->program, s->x),
+                      ad_data(s->program, s->target));
+    ad_run(s->program);
+    *sum = sum_losses(s, left < s->piece ? left : s->piece);
+    return error->status;
+}
+
 double hnn_evaluate_loss(const struct hnn_loss_evaluator *s, const void *point, size_t bytes)
 {
-    const struct hnn_data *data = s->data;
-    double sum = 0;
+    struct hnn_loss_evaluator own = *s;
+    double sum;
     if (!s->program)
         return NAN;
     memcpy(ad_data(s->program, s->parameters), point, bytes);
-    for (size_t first = 0; first < data->n; first += s->piece) {
-        size_t count = data->n - first < s->piece ? data->n - first : s->piece;
-        if (s->piece < data->n)
-            hnn_data_copy(data, NULL, first, s->piece, s->piece, ad_data(s->program, s->x),
-                          ad_data(s->program, s->target));
-        ad_run(s->program);
-        sum += sum_losses(s, count);
-    }
-    return sum / (double)data->n;
+    size_t n = s->data->n, pieces = (n + s->piece - 1) / s->piece;
+    if (ad_ranks_sum(pieces > 1 ? s->ranks : NULL, pieces, 1, add_piece, &own, &sum, s->failed) !=
+        AD_OK)
+        return NAN;
+    return sum / (double)n;
 }

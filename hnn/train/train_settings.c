@@ -34,6 +34,8 @@ enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_train
                                   struct ad_error *error)
 {
     bool pixels = model->settings.pixels > 0;
+    if (s->ranks && ad_ranks_check(s->ranks, error) != AD_OK)
+        return error->status;
     if (!s->optimiser) /* not found: `error` may say so already */
         return ad_fail(error, AD_E_ARGUMENT, "training without an optimiser");
     if (train->n == 0)

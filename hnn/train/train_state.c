@@ -62,7 +62,8 @@ static void write_history(const hnn_trainer *t, phys_hdf5 *file)
     }
 }
 
-static void write_state(hnn_trainer *t, phys_hdf5 *file)
+/* own_loss: of all samples, by a loss of the caller's own. */
+static void write_state(hnn_trainer *t, double own_loss, phys_hdf5 *file)
 {
     char settings[TEXT_ROOM], data[HASH_ROOM];
     size_t n;
@@ -83,7 +84,7 @@ static void write_state(hnn_trainer *t, phys_hdf5 *file)
     if (t->rate != t->settings.learning_rate)
         phys_hdf5_number(file, folder, "rate", t->rate, NULL);
     if (t->settings.loss)
-        phys_hdf5_number(file, folder, "own_loss", hnn_trainer_train_loss(t), NULL);
+        phys_hdf5_number(file, folder, "own_loss", own_loss, NULL);
     write_random(t, file);
     write_history(t, file);
     phys_hdf5_write(file, "training/optimiser", type, 1, &n, state);
@@ -94,20 +95,30 @@ static void write_state(hnn_trainer *t, phys_hdf5 *file)
                         hnn_problem_point(&t->problem));
 }
 
-enum ad_status hnn_trainer_save(hnn_trainer *t, const char *name, const char *command,
-                                struct ad_error *error)
+static enum ad_status write_file(hnn_trainer *t, double own_loss, const char *name,
+                                 const char *command, struct ad_error *error)
 {
     phys_hdf5 *file;
-    if (AD_LACKS(error, t, name))
-        return error->status;
-    if (hnn_trainer_deliver(t, error) != AD_OK || phys_hdf5_create(name, &file, error) != AD_OK)
+    if (phys_hdf5_create(name, &file, error) != AD_OK)
         return error->status;
     if (hnn_model_write(t->model, file, command, error) != AD_OK) {
         phys_hdf5_abandon(file);
         return error->status;
     }
-    write_state(t, file);
+    write_state(t, own_loss, file);
     return phys_hdf5_commit(file, error);
+}
+
+enum ad_status hnn_trainer_save(hnn_trainer *t, const char *name, const char *command,
+                                struct ad_error *error)
+{
+    if (AD_LACKS(error, t, name))
+        return error->status;
+    struct ad_ranks *ranks = t->settings.ranks;
+    double own_loss = t->settings.loss ? hnn_trainer_train_loss(t) : 0;
+    if (hnn_trainer_deliver(t, error) == AD_OK && (!ranks || ranks->rank == 0))
+        write_file(t, own_loss, name, command, error);
+    return ad_ranks_agree(ranks, error);
 }
 
 /* ---- reading ---- */
@@ -296,29 +307,36 @@ static bool same_scaling(const hnn_model *a, const hnn_model *b)
     return p && q ? memcmp(p, q, 3 * hnn_states(a) * sizeof *p) == 0 : !p && !q;
 }
 
+static void read_model(const struct reading *r)
+{
+    hnn_model *model = r->t->model, *stored = NULL;
+    const struct hnn_network *network = model->settings.network;
+    if (network)
+        hnn_model_load_network(r->name, network, &stored, r->error);
+    else
+        hnn_model_load(r->name, &stored, r->error);
+    if (!failed(r) &&
+        (!same_settings(&stored->settings, &model->settings) || !same_scaling(stored, model)))
+        ad_fail(r->error, AD_E_INPUT,
+                "%s: has other model settings (see `leastaction dump`); expected the same, or "
+                "another file",
+                r->name);
+    if (!failed(r))
+        hnn_model_set_parameters(model, stored->parameters);
+    hnn_model_free(stored);
+}
+
 enum ad_status hnn_trainer_resume(hnn_trainer *t, const char *name, struct ad_error *error)
 {
-    hnn_model *stored;
     struct reading r = {t, name, NULL, error};
     if (AD_LACKS(error, t, name) || hnn_trainer_idle(t, error) != AD_OK)
         return error->status;
-    const struct hnn_network *network = t->model->settings.network;
-    if ((network ? hnn_model_load_network(name, network, &stored, error)
-                 : hnn_model_load(name, &stored, error)) != AD_OK)
-        return error->status;
-    if (!same_settings(&stored->settings, &t->model->settings) || !same_scaling(stored, t->model))
-        ad_fail(error, AD_E_INPUT,
-                "%s: has other model settings (see `leastaction dump`); expected the same, or "
-                "another file",
-                name);
-    else
-        hnn_model_set_parameters(t->model, stored->parameters);
-    hnn_model_free(stored);
+    read_model(&r);
     if (!failed(&r) && phys_hdf5_open(name, &r.file, error) == AD_OK)
         read_state(&r);
     t->version = t->model->version;
     t->delivered = true;
-    if (!failed(&r))
+    if (ad_ranks_agree(t->settings.ranks, error) == AD_OK)
         check_loss(&r);
     phys_hdf5_close(r.file);
     return error->status;

@@ -54,16 +54,15 @@ static void test_batches(void **state)
     hnn_data_free(&data);
 }
 
-/* A batch in blocks gives the loss and gradient of the whole; to the last bit whatever the number
-   of threads. */
-static void check_blocks(enum ad_type type, double tolerance)
+/* A batch in blocks of samples, and of columns, gives the loss and gradient of the whole; to the
+   last bit whatever the number of threads. */
+static void check_blocks(enum ad_type type, size_t samples, double tolerance)
 {
-    enum { N = 601 };
-    struct hnn_samples train = small_pendulum(3, N, 0.3);
+    struct hnn_samples train = small_pendulum(3, samples, 0.3);
     struct hnn_settings s = small_settings(&small_kinds[1], 1, 3);
     s.precision = type;
     hnn_model *model = small_model(&s);
-    struct ad_error error = {0};
+    struct ad_error error = {0}, failed = {0};
     size_t n = hnn_model_size(model), bytes = n * hnn_type_bytes(type);
     double *whole = malloc(n * sizeof *whole), *found = malloc(n * sizeof *found), loss[3];
     void *first = malloc(bytes);
@@ -71,7 +70,8 @@ static void check_blocks(enum ad_type type, double tolerance)
     setenv("LEASTACTION_COLUMNS", "0", 1);
     ad_tape *tape = ad_tape_new(type);
     ad_var p = ad_input(tape, 1, n, "parameters"), g;
-    ad_var x = ad_const(tape, 2, N, train.x), target = ad_const(tape, 2, N, train.target);
+    ad_var x = ad_const(tape, 2, samples, train.x),
+           target = ad_const(tape, 2, samples, train.target);
     struct hnn_training training = hnn_training_defaults();
     ad_var mean = ad_mean(hnn_record_losses(model, &training, p, x, target));
     ad_program *program;
@@ -89,7 +89,8 @@ static void check_blocks(enum ad_type type, double tolerance)
         training.threads = threads;
         training.batch = 0;
         hnn_data_new(&data, type, &training, &train, NULL, 2, 2);
-        assert_int_equal(hnn_problem_new(&problem, model, &training, &data, &error), AD_OK);
+        assert_int_equal(hnn_problem_new(&problem, model, &training, &data, &failed, &error),
+                         AD_OK);
         memcpy(hnn_problem_point(&problem), hnn_model_parameters(model), bytes);
         loss[1] = hnn_problem_evaluate(&problem);
         assert_close(loss[1], loss[0], tolerance, 0);
@@ -117,8 +118,10 @@ static void check_blocks(enum ad_type type, double tolerance)
 static void test_blocks(void **state)
 {
     (void)state;
-    check_blocks(AD_F32, 2e-6);
-    check_blocks(AD_F64, 1e-14);
+    for (size_t n = 601; n < 6000; n += 4600) { /* of one block, and of five, the last not full */
+        check_blocks(AD_F32, n, 2e-6);
+        check_blocks(AD_F64, n, 1e-14);
+    }
 }
 
 int main(void)
