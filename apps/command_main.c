@@ -61,13 +61,18 @@ static int finish(int status)
     return status == DONE ? NOT_REACHED : status;
 }
 
+static bool has_many_runs(const struct common *common)
+{
+    return common->scan.n || common->sweep.n || common->seeds;
+}
+
 /* Ranks above 0 compute, and leave words to rank 0. */
 static enum ad_status set_ranks(const struct command *command, struct ad_ranks *ranks,
                                 struct common *common, struct ad_error *error)
 {
     common->ranks = ranks;
     common->quiet |= ranks && ranks->rank > 0;
-    if (ranks && !command->line.ranks)
+    if (ranks && !command->line.ranks && !has_many_runs(common))
         ad_fail(error, AD_E_ARGUMENT, "runs in one process; expected one rank, got %zu",
                 ranks->count);
     return error->status;
@@ -91,9 +96,8 @@ static int run(const struct command *command, int argc, char *const argv[], stru
         else if (common->version)
             puts("leastaction " LEASTACTION_VERSION);
         else
-            status = common->scan.n || common->sweep.n || common->seeds
-                         ? scan_run(command, common, error)
-                         : command->run(common, error);
+            status = has_many_runs(common) ? scan_run(command, common, error)
+                                           : command->run(common, error);
         options_free(&command->line, common);
         AD_FREE(common, text);
         return status;

@@ -1,7 +1,6 @@
 /* The caller's functions between ranks, counted, and what is made of them but for sums. */
 #include "ranks.h"
 #include "clock.h"
-#include "free.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -68,6 +67,31 @@ enum ad_status ad_ranks_exchange(struct ad_ranks *r, size_t to, const void *sent
     double began = ad_now();
     bool done = r->exchange(r->context, to, sent, from, received, bytes);
     return finish(r, began, to != AD_NO_RANK, bytes, done, error);
+}
+
+enum ad_status ad_ranks_spread(struct ad_ranks *r, size_t from, void **data, size_t *bytes,
+                               struct ad_error *error)
+{
+    const bool other = r && r->rank != from;
+    if (AD_LACKS(error, data, bytes) || !r)
+        return error->status;
+    if (other)
+        *data = NULL;
+    uint64_t n = *bytes;
+    ad_ranks_broadcast(r, from, &n, sizeof n, error);
+    if (other && error->status == AD_OK)
+        *data = malloc(n + 1);
+    if (!*data)
+        ad_fail(error, AD_E_MEMORY, "out of memory for %llu bytes of another rank",
+                (unsigned long long)n);
+    *bytes = n;
+    if (ad_ranks_agree(r, error) == AD_OK)
+        ad_ranks_broadcast(r, from, *data, n, error);
+    if (other && error->status != AD_OK) {
+        free(*data);
+        *data = NULL;
+    }
+    return error->status;
 }
 
 size_t ad_ranks_first(const struct ad_ranks *r, size_t n, size_t rank)
@@ -149,9 +173,9 @@ static void run_tasks(struct ad_ranks *r, size_t tasks, size_t share, size_t byt
 }
 
 /* Results [tasks x bytes] of those that rank `from` has done, to all. */
-static enum ad_status spread(struct ad_ranks *r, size_t from, size_t tasks, size_t bytes,
-                             const unsigned char *done, char *packed, char *results,
-                             struct ad_error *error)
+static enum ad_status share_results(struct ad_ranks *r, size_t from, size_t tasks, size_t bytes,
+                                    const unsigned char *done, char *packed, char *results,
+                                    struct ad_error *error)
 {
     size_t n = 0;
     for (size_t k = 0; k < tasks; k++)
@@ -181,9 +205,11 @@ static enum ad_status deal(struct ad_ranks *r, size_t tasks, size_t bytes, ad_ra
         if (bytes)
             ad_ranks_gather(r, mine, tasks, done, error);
         for (size_t k = 0; bytes && k < r->count && error->status == AD_OK; k++)
-            spread(r, k, tasks, bytes, done + k * tasks, packed, results, error);
+            share_results(r, k, tasks, bytes, done + k * tasks, packed, results, error);
     }
-    AD_FREE(mine, done, packed);
+    free(mine);
+    free(done);
+    free(packed);
     return error->status;
 }
 

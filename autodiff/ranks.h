@@ -49,6 +49,11 @@ enum ad_status ad_ranks_broadcast(struct ad_ranks *ranks, size_t from, void *dat
 enum ad_status ad_ranks_exchange(struct ad_ranks *ranks, size_t to, const void *sent, size_t from,
                                  void *received, size_t bytes, struct ad_error *error);
 
+/* *data [*bytes] of rank `from` to all: on the others the memory is new, freed by the caller
+   (free), and NULL after an error. */
+enum ad_status ad_ranks_spread(struct ad_ranks *ranks, size_t from, void **data, size_t *bytes,
+                               struct ad_error *error);
+
 /* Of n blocks, rank r has those from ad_ranks_first(ranks, n, r) to before that of r + 1. */
 size_t ad_ranks_first(const struct ad_ranks *ranks, size_t n, size_t rank);
 

@@ -3,7 +3,7 @@
    nodes that are wholly its own, so that none waits for another in between; then the ranks of two
    halves join them, the first block's owner keeping the sum. */
 #include "ranks.h"
-#include "free.h"
+#include "autodiff/free.h"
 
 #include <stdlib.h>
 

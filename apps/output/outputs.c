@@ -14,12 +14,20 @@ static void abandon(struct outputs *outputs)
     plot_abandon(&outputs->plot);
 }
 
+/* Rank 0 writes what all have computed. */
+static bool is_writer(const struct common *common)
+{
+    return !common->ranks || common->ranks->rank == 0;
+}
+
 static enum ad_status begin(const struct common *common, struct outputs *outputs,
                             struct ad_error *error)
 {
     const bool page = page_wanted(common->plot);
     const char *file = page && !common->out ? common->plot : common->out;
     *outputs = (struct outputs){0};
+    if (!is_writer(common))
+        return AD_OK;
     if (common->log && !progress_log_begin(common->log))
         return ad_fail(error, AD_E_IO, "%s: cannot be written", common->log);
     if ((file && phys_hdf5_create(file, &outputs->file, error) != AD_OK) ||
@@ -56,8 +64,11 @@ enum ad_status outputs_run(const struct output_kind *kind, const struct common *
             kind->report(run, &report);
         return report_show(&report, common, error);
     }
-    if (begin(common, &outputs, error) != AD_OK)
+    begin(common, &outputs, error);
+    if (ad_ranks_agree(common->ranks, error) != AD_OK) {
+        abandon(&outputs);
         return error->status;
+    }
     if ((!kind->begin || kind->begin(run, &outputs, error) == AD_OK) &&
         (!go || go(run, error) == AD_OK)) {
         interrupt_finish();
@@ -74,7 +85,7 @@ enum ad_status outputs_run(const struct output_kind *kind, const struct common *
         if (outputs.plot.script && error->status == AD_OK)
             kind->picture(run, &outputs.plot, error);
     }
-    if (error->status == AD_OK)
+    if (error->status == AD_OK && is_writer(common))
         commit(&outputs, common->out != NULL, error);
     else
         abandon(&outputs);

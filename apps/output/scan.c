@@ -36,10 +36,10 @@ static struct result_column *column_of(struct scan *scan, const char *key, const
 
 static void take(struct scan *scan, const struct report_row *row, const char *key, double value)
 {
-    struct result_column *column =
-        column_of(scan, key, row->unit, row->label && row->kind == NUMBER);
-    if (column)
-        column->value[scan->run] = value;
+    struct scan_row taken = {.labelled = row->label && row->kind == NUMBER, .value = value};
+    snprintf(taken.key, sizeof taken.key, "%s", key);
+    snprintf(taken.unit, sizeof taken.unit, "%s", row->unit);
+    scan->no_memory |= fwrite(&taken, sizeof taken, 1, scan->rows) != 1;
 }
 
 /* Items of arrays and lists are counted from 1: modes.1.frequency. */
@@ -111,6 +111,7 @@ static enum ad_status set_member(const struct scan *scan, struct common *member,
         member->out = NULL;
     member->quiet = true;
     member->json = false;
+    member->ranks = NULL;
     member->scanning = (struct scan *)scan;
     if (scan_axes_store(scan, scan->run, member, error) == AD_OK && scan->command->line.members)
         name_files(scan, member, name, error);
@@ -118,9 +119,10 @@ static enum ad_status set_member(const struct scan *scan, struct common *member,
 }
 
 /* One run; `only_check`: whether it could be. */
-static void run_one(struct scan *scan, bool only_check, struct ad_error *error)
+static int run_one(struct scan *scan, bool only_check, struct ad_error *missed,
+                   struct ad_error *error)
 {
-    struct ad_error missed = {0};
+    int status = DONE;
     struct common *member = malloc(scan->command->bytes);
     struct phys_setting *settings = calloc(scan->common->set.n + scan->axes, sizeof *settings);
     char *name[FILES_OF_MEMBER] = {NULL};
@@ -128,19 +130,75 @@ static void run_one(struct scan *scan, bool only_check, struct ad_error *error)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     } else if (set_member(scan, member, settings, name, error) == AD_OK && !only_check) {
         member->csv = member->plot = NULL; /* of the table */
-        const int status = scan->command->run(member, &missed);
-        scan->status[scan->run] = status;
-        if (status == WRONG_USE && scan->done == 0) /* so would be all */
-            *error = missed;
-        if (status != DONE && scan->missed++ == 0) {
-            scan->first = scan->run;
-            scan->why = missed;
-        }
-        scan->done += status != WRONG_USE;
+        status = scan->command->run(member, missed);
+        if (status == WRONG_USE && scan->run == 0) /* so would be all */
+            *error = *missed;
     }
     for (size_t k = 0; k < FILES_OF_MEMBER; k++)
         free(name[k]);
     AD_FREE(member, settings);
+    return status;
+}
+
+/* The head of a record; its rows follow. */
+struct record_head {
+    int status;
+    struct ad_error missed;
+};
+
+/* Runs one and keeps its record; the result is the rank. */
+static enum ad_status record_one(void *context, size_t run, void *rank, struct ad_error *error)
+{
+    struct scan *scan = context;
+    struct scan_record *record = &scan->record[run];
+    struct record_head head = {0};
+    scan->run = run;
+    scan->rows = open_memstream(&record->bytes, &record->n);
+    if (!scan->rows)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    scan->no_memory |= fwrite(&head, sizeof head, 1, scan->rows) != 1; /* its place */
+    head.status = run_one(scan, false, &head.missed, error);
+    scan->no_memory |= fclose(scan->rows) != 0;
+    if (scan->no_memory)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    memcpy(record->bytes, &head, sizeof head);
+    if (rank)
+        *(size_t *)rank = scan->common->ranks->rank;
+    if (interrupted() && error->status == AD_OK)
+        ad_fail(error, AD_E_ACCURACY, "ended on request in run %zu of %zu%s", run + 1, scan->runs,
+                scan->command->line.members ? "; --resume goes on" : "");
+    return error->status;
+}
+
+/* The first run of a scan is one of all ranks, because wrong use ends the scan there; members,
+   which leave files, are checked before they run. */
+static size_t first_dealt(const struct scan *scan) { return scan->command->line.members ? 0 : 1; }
+
+static enum ad_status record_next(void *context, size_t k, void *rank, struct ad_error *error)
+{
+    return record_one(context, first_dealt(context) + k, rank, error);
+}
+
+/* A record into the table, in the order of runs. */
+static void enter(struct scan *scan, size_t run)
+{
+    struct scan_record *record = &scan->record[run];
+    struct record_head head;
+    struct scan_row row;
+    memcpy(&head, record->bytes, sizeof head);
+    scan->status[run] = head.status;
+    if (head.status != DONE && scan->missed++ == 0) {
+        scan->first = run;
+        scan->why = head.missed;
+    }
+    for (size_t at = sizeof head; at + sizeof row <= record->n; at += sizeof row) {
+        memcpy(&row, record->bytes + at, sizeof row);
+        struct result_column *column = column_of(scan, row.key, row.unit, row.labelled);
+        if (column)
+            column->value[run] = row.value;
+    }
+    free(record->bytes);
+    *record = (struct scan_record){0};
 }
 
 static bool varies(const struct scan *scan, const struct result_column *column)
@@ -214,20 +272,42 @@ static enum ad_status choose(struct scan *scan, struct ad_error *error)
     return AD_OK;
 }
 
+static enum ad_status run_ranks(struct scan *scan, struct ad_error *error)
+{
+    struct ad_ranks *ranks = scan->common->ranks;
+    const size_t runs = scan->runs, first = first_dealt(scan);
+    size_t *rank = calloc(runs, sizeof *rank);
+    if (!rank)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else if (first > 0 && record_one(scan, 0, rank, error) == AD_OK)
+        enter(scan, 0);
+    if (ad_ranks_agree(ranks, error) == AD_OK)
+        ad_ranks_deal(ranks, runs - first, sizeof *rank, record_next, scan, rank + first, error);
+    for (size_t k = first; k < runs && error->status == AD_OK; k++) {
+        struct scan_record *record = &scan->record[k];
+        void *bytes = record->bytes;
+        ad_ranks_spread(ranks, rank[k], &bytes, &record->n, error);
+        record->bytes = bytes;
+        if (error->status == AD_OK)
+            enter(scan, k);
+    }
+    free(rank);
+    return error->status;
+}
+
 static enum ad_status run_all(void *context, struct ad_error *error)
 {
     struct scan *scan = context;
-    const bool members = scan->command->line.members;
     struct progress progress;
-    progress_start(&progress, scan->common->quiet || !members, NULL);
-    for (scan->run = 0; scan->run < scan->runs && error->status == AD_OK; scan->run++) {
+    progress_start(&progress, scan->common->quiet || !scan->command->line.members, NULL);
+    if (scan->common->ranks)
+        run_ranks(scan, error);
+    for (size_t k = 0; !scan->common->ranks && k < scan->runs && error->status == AD_OK; k++) {
         if (progress_due(&progress))
-            progress_line(&progress, (double)scan->run, (double)scan->runs, "run %zu of %zu",
-                          scan->run + 1, scan->runs);
-        run_one(scan, false, error);
-        if (interrupted() && error->status == AD_OK)
-            ad_fail(error, AD_E_ACCURACY, "ended on request in run %zu of %zu%s", scan->run + 1,
-                    scan->runs, members ? "; --resume goes on" : "");
+            progress_line(&progress, (double)k, (double)scan->runs, "run %zu of %zu", k + 1,
+                          scan->runs);
+        if (record_one(scan, k, NULL, error) == AD_OK)
+            enter(scan, k);
     }
     progress_end(&progress);
     if (scan->no_memory)
@@ -252,8 +332,9 @@ static void name_run(const struct scan *scan, size_t run, size_t size, char *tex
 /* Files of the members that are none of the inputs are found before the first run. */
 static enum ad_status check_members(struct scan *scan, struct ad_error *error)
 {
+    struct ad_error missed = {0};
     for (scan->run = 0; scan->run < scan->runs && error->status == AD_OK; scan->run++)
-        run_one(scan, true, error);
+        run_one(scan, true, &missed, error);
     return error->status;
 }
 
@@ -265,7 +346,8 @@ int scan_run(const struct command *command, const struct common *common, struct 
     table.log = command->line.members ? NULL : common->log;
     if (scan_axes_read(&scan, error) == AD_OK && check_members(&scan, error) == AD_OK) {
         scan.status = calloc(scan.runs, sizeof *scan.status);
-        if (!scan.status) {
+        scan.record = calloc(scan.runs, sizeof *scan.record);
+        if (!scan.status || !scan.record) {
             ad_fail(error, AD_E_MEMORY, "out of memory");
         } else if (outputs_run(&scan_outputs, &table, &scan, run_all, error) == AD_OK &&
                    scan.missed) {
@@ -277,7 +359,9 @@ int scan_run(const struct command *command, const struct common *common, struct 
     }
     for (size_t k = 0; k < scan.n; k++)
         free(scan.column[k].value);
-    AD_FREE(scan.column, scan.status);
+    for (size_t k = 0; scan.record && k < scan.runs; k++)
+        free(scan.record[k].bytes);
+    AD_FREE(scan.column, scan.status, scan.record);
     scan_axes_free(&scan);
     return command_status(error);
 }

@@ -20,6 +20,19 @@ struct axis_of_scan {
     bool list;                   /* they were listed, and stand at equal distances in pictures */
 };
 
+/* What a run came to, for all ranks: status, error, and the rows of its report one behind the
+   other, a struct scan_row each. */
+struct scan_record {
+    char *bytes; /* NULL: none */
+    size_t n;
+};
+struct scan_row {
+    char key[KEY];
+    char unit[40];
+    bool labelled;
+    double value;
+};
+
 /* A number of the reports: one a run, NaN where a report is without. */
 struct result_column {
     char key[KEY];
@@ -38,10 +51,12 @@ struct scan {
     size_t n;
     struct result_column *column;
     int *status; /* [runs] */
-    size_t missed, done;
+    size_t missed;
     size_t first; /* that missed */
     struct ad_error why;
     bool no_memory;
+    FILE *rows;                 /* of the run that is on */
+    struct scan_record *record; /* [runs], each until its place in the table is due */
 };
 
 /* Reads and checks all axes before anything runs; freed by scan_axes_free. */

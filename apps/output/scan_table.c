@@ -339,9 +339,12 @@ static void draw_curves(struct figure *figure, const struct scan *scan,
                                          .key = means ? KEY_ABOVE : NULL});
     label_axis(figure, scan, 0);
     const bool line = together == 1 && !over_seeds(scan);
-    const struct style *style = STYLE(figure_colours[0], !line || scan->runs <= 60 ? 7 : 0,
-                                      line ? 1.2 : 0,
-                                      together > 1 ? 0.25 : means ? 0.5 : line ? 0.4 : 0.8);
+    const struct style *style =
+        STYLE(figure_colours[0], !line || scan->runs <= 60 ? 7 : 0, line ? 1.2 : 0,
+              together > 1 ? 0.25
+              : means      ? 0.5
+              : line       ? 0.4
+                           : 0.8);
     for (size_t k = 0; k < scan->n; k++) {
         number += scan->column[k].shown;
         if (scan->column[k].panel != first->panel)

@@ -25,6 +25,8 @@ static enum ad_status check(const struct simulate_options *options, struct ad_er
          "--dt and --tol: expected one of them; leave the other out"},
         {fixed && !options->integrator,
          "--dt needs --integrator NAME, one with fixed steps such as rk4"},
+        {options->common.ranks && !options->ensemble,
+         "one motion is followed by one rank; expected --ensemble or --scan, which ranks share"},
         {options->hold && isnan(options->periodic), "--hold needs --periodic T"},
         {options->choreography && isnan(options->periodic), "--choreography needs --periodic T"},
         {!isnan(options->periodic) && (options->data || options->ensemble),
@@ -307,6 +309,7 @@ static const struct option table[] = {
 const struct command command_simulate = {
     .line =
         {.name = "simulate",
+         .ranks = true,
          .what = "the motion from a start",
          .arguments = {"SCENE"},
          .scene = true,

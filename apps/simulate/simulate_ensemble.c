@@ -115,7 +115,8 @@ enum ad_status simulate_ensemble(struct simulate_run *run, struct ad_error *erro
     struct ensemble_run r = {.run = run,
                              .settings = {.size = sizeof(struct phys_ensemble_settings),
                                           .motion = &run->settings,
-                                          .threads = run->options->common.threads}};
+                                          .threads = run->options->common.threads,
+                                          .ranks = run->options->common.ranks}};
     if (check(run, error) == AD_OK && read_table(&r, error) == AD_OK &&
         outputs_run(&outputs, &run->options->common, &r, follow, error) == AD_OK)
         judge(&r, error);

@@ -18,6 +18,7 @@ static const double worth = 0.3; /* seconds of all members that pay for compilin
 
 struct team {
     struct ensemble_task task;
+    size_t threads, first;           /* chunk of those that threads run now */
     struct ensemble_worker **worker; /* [threads] */
 };
 
@@ -58,6 +59,7 @@ static void run_chunk(void *context, size_t thread, size_t k)
     struct ensemble_track track[CHUNK] = {{0}};
     struct ensemble_item items[CHUNK];
     size_t n = 0, left = 0;
+    k += team->first;
     for (size_t i = k * CHUNK; i < task->ensemble->n && n < CHUNK; i++, n++)
         items[n] = (struct ensemble_item){i, false, measured ? &track[n] : NULL};
     if (is_interrupted(task->ensemble)) {
@@ -134,20 +136,67 @@ static void run_first(const struct team *team)
     e->vectors = at_once != 1 && e->n > 1 && phys_ensemble_worker_join(team->worker[0], pays);
 }
 
-static enum ad_status run_all(struct team *team, size_t threads, struct ad_error *error)
+static size_t chunks_of(const struct team *team)
+{
+    return (team->task.ensemble->n + CHUNK - 1) / CHUNK;
+}
+
+/* A chunk for each thread; the result is the rank. */
+static enum ad_status run_share(void *context, size_t k, void *rank, struct ad_error *error)
+{
+    struct team *team = context;
+    const size_t left = chunks_of(team) - k * team->threads;
+    team->first = k * team->threads;
+    ad_parallel(team->threads, left < team->threads ? left : team->threads, run_chunk, team);
+    *(size_t *)rank = team->task.settings->ranks->rank;
+    return error->status;
+}
+
+/* Members are dealt out to ranks, and then known to all. */
+static enum ad_status run_ranks(struct team *team, struct ad_error *error)
 {
     struct phys_ensemble *e = team->task.ensemble;
+    struct ad_ranks *ranks = team->task.settings->ranks;
+    const size_t shares = (chunks_of(team) + team->threads - 1) / team->threads;
+    const size_t members = team->threads * CHUNK;
+    size_t *rank = calloc(shares, sizeof *rank);
+    bool *ended = calloc(ranks->count, sizeof *ended);
+    if (!rank || !ended)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (ad_ranks_agree(ranks, error) == AD_OK)
+        ad_ranks_deal(ranks, shares, sizeof *rank, run_share, team, rank, error);
+    for (size_t k = 0; k < shares && error->status == AD_OK; k++) {
+        size_t end = (k + 1) * members;
+        phys_ensemble_share(&team->task, rank[k], k * members, end < e->n ? end : e->n, error);
+    }
+    if (error->status == AD_OK)
+        ad_ranks_gather(ranks, &e->interrupted, sizeof *ended, ended, error);
+    for (size_t k = 0; k < ranks->count && ended; k++)
+        e->interrupted |= ended[k];
+    AD_FREE(rank, ended);
+    return error->status;
+}
+
+static enum ad_status run_all(struct team *team, struct ad_error *error)
+{
+    struct phys_ensemble *e = team->task.ensemble;
+    struct ad_ranks *ranks = team->task.settings->ranks;
+    const size_t threads = team->threads;
     team->worker = calloc(threads, sizeof *team->worker);
     for (size_t k = 0; team->worker && k < threads; k++)
         if (!(team->worker[k] = phys_ensemble_worker_new(&team->task, error)))
             break;
     if (!team->worker || error->status != AD_OK) {
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    } else {
+    }
+    if (ad_ranks_agree(ranks, error) == AD_OK) {
         run_first(team);
         for (size_t k = 1; k < threads && e->vectors; k++)
             phys_ensemble_worker_join(team->worker[k], false);
-        ad_parallel(threads, (e->n + CHUNK - 1) / CHUNK, run_chunk, team);
+        if (ranks)
+            run_ranks(team, error);
+        else
+            ad_parallel(threads, chunks_of(team), run_chunk, team);
     }
     for (size_t k = 0; team->worker && k < threads; k++)
         phys_ensemble_worker_free(team->worker[k]);
@@ -250,6 +299,8 @@ enum ad_status phys_ensemble_met(const struct phys_ensemble_settings *settings,
 static enum ad_status refuse(const struct phys_ensemble_settings *s, struct ad_error *error)
 {
     const struct phys_integrator *given = s->motion->integrator;
+    if (s->ranks && ad_ranks_check(s->ranks, error) != AD_OK)
+        return error->status;
     if (s->n == 0)
         return ad_fail(error, AD_E_ARGUMENT, "an ensemble of 0 members; expected some");
     if (s->n_columns && AD_LACKS(error, s->names, s->values))
@@ -308,10 +359,10 @@ enum ad_status phys_ensemble_solve(const struct phys_system *system,
     settings_own.motion = &motion;
     if (refuse(settings, error) != AD_OK)
         return error->status;
-    const size_t threads = settings->threads ? settings->threads : 1;
     struct team team = {.task = {settings, e,
                                  calloc(settings->n_columns + 1, sizeof(struct ensemble_column)),
-                                 false}};
+                                 false},
+                        .threads = settings->threads ? settings->threads : 1};
     e->n = settings->n;
     e->dof = system->dof;
     e->n_times =
@@ -323,13 +374,13 @@ enum ad_status phys_ensemble_solve(const struct phys_system *system,
              phys_ensemble_starts(&team.task, error) == AD_OK &&
              choose(&team.task, error) == AD_OK) {
         const double before = ad_now();
-        run_all(&team, threads, error);
+        run_all(&team, error);
         e->seconds = ad_now() - before;
         if (error->status == AD_OK && !settings->motion->no_reference)
             check(&team.task, error);
         count(&team.task);
         if (error->status == AD_OK)
-            phys_ensemble_spread(&team.task, threads, error);
+            phys_ensemble_spread(&team.task, team.threads, error);
     }
     free(team.task.columns);
     return error->status;
@@ -339,10 +390,8 @@ void phys_ensemble_free(struct phys_ensemble *ensemble)
 {
     if (!ensemble)
         return;
-    for (size_t i = 0; ensemble->member && i < ensemble->n; i++) {
-        struct phys_crossed *c = &ensemble->member[i].crossed;
-        AD_FREE(c->which, c->touch, c->t, c->x, c->uncertainty, c->constant);
-    }
+    for (size_t i = 0; ensemble->member && i < ensemble->n; i++)
+        phys_crossed_clear(&ensemble->member[i].crossed);
     AD_FREE(ensemble->start, ensemble->t, ensemble->x, ensemble->energy, ensemble->member,
             ensemble->spread);
     *ensemble = (struct phys_ensemble){0};

@@ -18,6 +18,7 @@
 #define PHYSICS_MOTION_ENSEMBLE_H
 
 #include "solve.h"
+#include "autodiff/ranks.h"
 
 AD_HEADER_BEGIN
 
@@ -39,6 +40,9 @@ struct phys_ensemble_settings {
     const struct phys_motion_settings *motion;
     size_t threads; /* [1] */
     size_t at_once; /* 1: one by one; more: several by machine code; 0: where that pays */
+    /* Ranks that share the members, dealt out as they become free; all call this, and all get all
+       results. NULL: alone. */
+    struct ad_ranks *ranks;
 };
 
 /* A member of an ensemble. */

@@ -94,15 +94,10 @@ static bool take_sample(void *context, double t, const double *y)
     return !place->item.fine || compare_tracks(place, t, y);
 }
 
-static void forget_crossed(struct phys_crossed *c)
-{
-    AD_FREE(c->which, c->touch, c->t, c->x, c->uncertainty, c->constant);
-    *c = (struct phys_crossed){0};
-}
 
 void phys_place_leave(struct ensemble_place *place)
 {
-    forget_crossed(&place->solution.crossed);
+    phys_crossed_clear(&place->solution.crossed);
     phys_ode_free(&place->own);
     phys_system_close(&place->system);
     phys_time_scan_free(&place->scan);
@@ -336,7 +331,7 @@ void phys_place_finish(struct ensemble_place *place)
         return;
     }
     find_energies(place, e->energy + e->n_times * place->item.member);
-    forget_crossed(&member->crossed);
+    phys_crossed_clear(&member->crossed);
     member->info = place->info;
     member->failure = place->error;
     member->crossed = m->crossed;

@@ -3,6 +3,7 @@
 #ifndef PHYSICS_MOTION_ENSEMBLE_RUN_H
 #define PHYSICS_MOTION_ENSEMBLE_RUN_H
 
+#include "autodiff/free.h"
 #include "ensemble.h"
 
 /* What a column sets. */
@@ -17,6 +18,12 @@ struct ensemble_task {
     struct ensemble_column *columns; /* [settings->n_columns] */
     bool has_parameters;             /* so that each member has a system of its own */
 };
+
+static inline void phys_crossed_clear(struct phys_crossed *c)
+{
+    AD_FREE(c->which, c->touch, c->t, c->x, c->uncertainty, c->constant);
+    *c = (struct phys_crossed){0};
+}
 
 /* The ends of a member's steps. */
 struct ensemble_track {
@@ -41,6 +48,10 @@ void phys_ensemble_worker_free(struct ensemble_worker *worker); /* takes NULL */
 bool phys_ensemble_worker_join(struct ensemble_worker *worker, bool build);
 /* In any order: results are those of each alone. */
 void phys_ensemble_run(struct ensemble_worker *worker, size_t n, const struct ensemble_item *items);
+
+/* Members first to before end of rank `from` to all the others (ensemble_ranks.c). */
+enum ad_status phys_ensemble_share(const struct ensemble_task *task, size_t from, size_t first,
+                                   size_t end, struct ad_error *error);
 
 /* What the columns are; each once. */
 enum ad_status phys_ensemble_columns(struct ensemble_task *task, struct ad_error *error);

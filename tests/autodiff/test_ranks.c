@@ -161,6 +161,7 @@ struct talk {
     const char *text[3];
     struct ad_error error[3];
     double halo[3][2];
+    char last[3][4];
 };
 
 static void talk(void *context, struct ad_ranks *r)
@@ -172,6 +173,13 @@ static void talk(void *context, struct ad_ranks *r)
     size_t right = r->rank + 1 < r->count ? r->rank + 1 : AD_NO_RANK;
     ad_ranks_exchange(r, right, &mine, left, &halo[0], sizeof mine, error);
     ad_ranks_exchange(r, left, &mine, right, &halo[1], sizeof mine, error);
+    void *text = (void *)t->text[r->rank];
+    size_t bytes = 4;
+    ad_ranks_spread(r, 2, &text, &bytes, error);
+    if (error->status == AD_OK && bytes == 4)
+        memcpy(t->last[r->rank], text, bytes);
+    if (r->rank != 2)
+        free(text);
     ad_ranks_same(r, "version", t->text[r->rank], error);
 }
 
@@ -185,6 +193,7 @@ static void test_texts_and_neighbours(void **state)
         assert_int_equal(same.error[k].status, AD_OK);
         assert_int_equal(other.error[k].status, AD_E_INPUT);
         assert_mentions(other.error[k].message, "version '1.0' '1.1' rank 2");
+        assert_string_equal(other.last[k], "1.1");
         assert_true(same.halo[k][0] == (k > 0 ? 9 + (double)k : 0));
         assert_true(same.halo[k][1] == (k < 2 ? 11 + (double)k : 0));
     }
