@@ -105,7 +105,7 @@ SO = $(BUILD)/libleastaction.so
 MPICC ?= mpicc
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/$(if $(MPI),ranks/$(MPICC)/)leastaction)
 
-.PHONY: all build-tests objects test test-long check demo deb abi abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture faults tsan test-page run-threaded recipes fuzz run-fuzzers $(FUZZERS:%=%.run) install uninstall clean help FORCE
+.PHONY: all build-tests objects test test-long check demo deb abi abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture test-ranks faults tsan test-page run-threaded recipes fuzz run-fuzzers $(FUZZERS:%=%.run) install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -137,6 +137,7 @@ help:
 	@echo '  matrix     the runs of docs/accuracy.md, by gcc and clang, -O0 to -O3, with and without AVX, 1 and 2 threads'
 	@echo '  mutants    tests must fail for each flipped sign in a gradient rule; LINES=60: for random changed lines'
 	@echo '  torture    kill runs at random moments: files stay intact, training resumes'
+	@echo '  test-ranks the command on 1 to 4 ranks, by each MPI installed; KILLS=5 of ranks'
 	@echo '  recipes    follow docs/recipes.md in a copy of the tree (minutes)'
 	@echo '  faults     fail each file call and each allocation of a run, for each subcommand'
 	@echo '  tsan       multithreaded tests under the thread sanitizer (clang)'
@@ -406,6 +407,9 @@ mutants: $(A)
 
 torture: all
 	+@scripts/torture $(BUILD)/leastaction $(KILLS)
+
+test-ranks: $(BUILD)/leastaction
+	+@scripts/test-ranks $(BUILD) $(or $(filter-out 200,$(KILLS)),5)
 
 recipes: all
 	@FULL=1 scripts/check-docs $(BUILD) docs/recipes.md

@@ -1,6 +1,7 @@
 /* The command `leastaction`: finds the subcommand, parses its options, runs it, prints its error.
  */
 #include "autodiff/free.h"
+#include "autodiff/kernels/kernels.h"
 #include "command.h"
 #include "quote.h"
 #include "apps/ranks/ranks.h"
@@ -66,46 +67,59 @@ static bool has_many_runs(const struct common *common)
     return common->scan.n || common->sweep.n || common->seeds;
 }
 
-/* Ranks above 0 compute, and leave words to rank 0. */
+/* Ranks above 0 compute, and leave words to rank 0. All are of one version, with one command line,
+   on processors that round alike. */
 static enum ad_status set_ranks(const struct command *command, struct ad_ranks *ranks,
                                 struct common *common, struct ad_error *error)
 {
+    char program[64];
     common->ranks = ranks;
-    common->quiet |= ranks && ranks->rank > 0;
-    if (ranks && !command->line.ranks && !has_many_runs(common))
+    if (!ranks)
+        return AD_OK;
+    snprintf(program, sizeof program, "leastaction %s, %s", leastaction_version(),
+             ad_kernels_for(AD_F64)->isa);
+    ad_ranks_same(ranks, "program", program, error);
+    ad_ranks_same(ranks, "command line", common->command, error);
+    common->quiet |= ranks->rank > 0;
+    if (!command->line.ranks && !has_many_runs(common))
         ad_fail(error, AD_E_ARGUMENT, "runs in one process; expected one rank, got %zu",
                 ranks->count);
     return error->status;
 }
 
+static int perform(const struct command *command, struct ad_ranks *ranks, struct common *common,
+                   struct ad_error *error)
+{
+    if (common->no_native)
+        setenv("LEASTACTION_NATIVE", "0", 1);
+    if (common->help)
+        options_help(&command->line, stdout);
+    else if (common->version)
+        puts("leastaction " LEASTACTION_VERSION);
+    else if (set_ranks(command, ranks, common, error) == AD_OK)
+        return has_many_runs(common) ? scan_run(command, common, error)
+                                     : command->run(common, error);
+    return command_status(error);
+}
+
 static int run(const struct command *command, int argc, char *const argv[], struct ad_ranks *ranks,
-               struct ad_error *error)
+               bool *quiet, struct ad_error *error)
 {
     struct common *common = calloc(1, command->bytes);
     char *text = command_text(argc, argv);
+    int status = DONE;
     if (!common || !text) {
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    } else if (options_parse(&command->line, argc - 2, argv + 2, common, error) == AD_OK &&
-               set_ranks(command, ranks, common, error) == AD_OK) {
-        common->command = text;
-        int status = DONE;
-        if (common->no_native)
-            setenv("LEASTACTION_NATIVE", "0", 1);
-        if (common->help)
-            options_help(&command->line, stdout);
-        else if (common->version)
-            puts("leastaction " LEASTACTION_VERSION);
-        else
-            status = has_many_runs(common) ? scan_run(command, common, error)
-                                           : command->run(common, error);
-        options_free(&command->line, common);
-        AD_FREE(common, text);
-        return status;
     } else {
+        if (options_parse(&command->line, argc - 2, argv + 2, common, error) == AD_OK) {
+            common->command = text;
+            status = perform(command, ranks, common, error);
+        }
+        *quiet = common->quiet;
         options_free(&command->line, common);
     }
     AD_FREE(common, text);
-    return command_status(error);
+    return status == DONE ? command_status(error) : status;
 }
 
 static void print_error(const char *subcommand, const char *message)
@@ -116,7 +130,7 @@ static void print_error(const char *subcommand, const char *message)
 
 /* Ends with the other ranks. What all failed in alike, rank 0 says; what one failed in, that one.
  */
-static int leave(struct ad_ranks *ranks, const char *subcommand, int status,
+static int leave(struct ad_ranks *ranks, const char *subcommand, bool quiet, int status,
                  const struct ad_error *error)
 {
     char message[sizeof error->message + 32];
@@ -129,6 +143,8 @@ static int leave(struct ad_ranks *ranks, const char *subcommand, int status,
         snprintf(message, sizeof message, "rank %zu: %s", ranks->rank, error->message);
         print_error(subcommand, message);
     }
+    if (ranks && met)
+        ranks_tell_waits(ranks, quiet || failed);
     ranks_end(ranks, met, status);
     return status;
 }
@@ -139,22 +155,23 @@ int command_main(int argc, char *argv[])
     struct ad_ranks *ranks = ranks_start(&error);
     const char *word = argc < 2 ? "" : argv[1];
     if (error.status != AD_OK)
-        return leave(ranks, "", WRONG_USE, &error);
+        return leave(ranks, "", true, WRONG_USE, &error);
     if (argc < 2) {
         ad_fail(&error, AD_E_ARGUMENT, "missing subcommand; leastaction --help lists them");
-        return leave(ranks, "", WRONG_USE, &error);
+        return leave(ranks, "", true, WRONG_USE, &error);
     }
     if (strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0) {
         help();
-        return leave(ranks, "", DONE, &error);
+        return leave(ranks, "", true, DONE, &error);
     }
     if (strcmp(word, "--version") == 0) {
         puts("leastaction " LEASTACTION_VERSION);
-        return leave(ranks, "", DONE, &error);
+        return leave(ranks, "", true, DONE, &error);
     }
     const struct command *command = command_find(word, &error);
     if (!command)
-        return leave(ranks, "", WRONG_USE, &error);
-    int status = run(command, argc, argv, ranks, &error);
-    return leave(ranks, command->line.name, status, &error);
+        return leave(ranks, "", true, WRONG_USE, &error);
+    bool quiet = false;
+    int status = run(command, argc, argv, ranks, &quiet, &error);
+    return leave(ranks, command->line.name, quiet, status, &error);
 }

@@ -1,6 +1,7 @@
 /* The caller's functions between ranks, counted, and what is made of them but for sums. */
 #include "ranks.h"
 #include "clock.h"
+#include "hash.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -127,22 +128,27 @@ enum ad_status ad_ranks_agree(struct ad_ranks *r, struct ad_error *error)
     return error->status;
 }
 
+struct said {
+    uint64_t hash;
+    char text[256]; /* its beginning */
+};
+
 enum ad_status ad_ranks_same(struct ad_ranks *r, const char *what, const char *text,
                              struct ad_error *error)
 {
-    enum { ROOM = 256 };
-    char mine[ROOM] = "";
+    struct said mine = {0};
     if (AD_LACKS(error, what, text) || count_of(r) == 1)
         return error->status;
-    snprintf(mine, sizeof mine, "%s", text);
-    char *all = malloc(r->count * ROOM);
+    snprintf(mine.text, sizeof mine.text, "%s", text);
+    mine.hash = ad_hash(AD_HASH_BEGIN, text, strlen(text));
+    struct said *all = malloc(r->count * sizeof *all);
     if (!all)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu ranks", r->count);
-    ad_ranks_gather(r, mine, ROOM, all, error);
+    ad_ranks_gather(r, &mine, sizeof mine, all, error);
     for (size_t k = 1; k < r->count && error->status == AD_OK; k++)
-        if (strcmp(all + k * ROOM, all) != 0)
+        if (all[k].hash != all[0].hash)
             ad_fail(error, AD_E_INPUT, "%s: '%.99s' on rank 0, '%.99s' on rank %zu; expected one",
-                    what, all, all + k * ROOM, k);
+                    what, all[0].text, all[k].text, k);
     free(all);
     return error->status;
 }

@@ -60,8 +60,7 @@ size_t ad_ranks_first(const struct ad_ranks *ranks, size_t n, size_t rank);
 /* The error of the lowest rank that has one, on every rank, its message led by that rank's number
    where other ranks had none. Unlike elsewhere, *error may hold one already. */
 enum ad_status ad_ranks_agree(struct ad_ranks *ranks, struct ad_error *error);
-/* AD_E_INPUT on every rank unless `text`, of up to 255 characters and called `what` in the message,
-   is the same on all. */
+/* AD_E_INPUT on every rank unless `text`, called `what` in the message, is the same on all. */
 enum ad_status ad_ranks_same(struct ad_ranks *ranks, const char *what, const char *text,
                              struct ad_error *error);
 

@@ -1,7 +1,6 @@
 /* Ranks by MPI (Open MPI, MPICH): the one file that calls it. */
 #include "ranks.h"
 #include "autodiff/clock.h"
-#include "autodiff/version.h"
 
 #include <limits.h>
 #include <mpi.h>
@@ -151,7 +150,7 @@ static enum ad_status join(struct ad_error *error)
                        "%s: started as %zu processes, of which MPI joined %zu; expected the mpirun "
                        "of the MPI that the program was built with",
                        variable, launched, world.count);
-    return ad_ranks_same(&world, "version", LEASTACTION_VERSION, error);
+    return AD_OK;
 }
 
 /* Started alone, MPI is not begun: that takes longer than short runs do. */

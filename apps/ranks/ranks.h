@@ -14,6 +14,10 @@ bool ranks_meet(struct ad_ranks *ranks, bool failed);
 /* Leaves the other ranks, or, where they have not been met, ends them all. Takes NULL. */
 void ranks_end(struct ad_ranks *ranks, bool met, int status);
 
+/* How many seconds the ranks waited for each other, or sent: rank 0 says so
+   on standard error unless it is quiet. All call it (waits.c). */
+void ranks_tell_waits(struct ad_ranks *ranks, bool quiet);
+
 /* How many processes a launcher of this or of another MPI says that it has started, and the
    variable of the environment where it does; 1: no launcher (launcher.c). */
 size_t ranks_launched(const char **variable);

@@ -293,6 +293,20 @@ static enum hnn_stop reason(const hnn_trainer *t)
                                         : (enum hnn_stop)0;
 }
 
+/* Ranks that read another file, or an older checkpoint, or whose processors round differently,
+   would train towards something else. */
+static enum ad_status compare_ranks(hnn_trainer *t, struct ad_error *error)
+{
+    char text[128];
+    if (!t->settings.ranks)
+        return AD_OK;
+    uint64_t point = ad_hash(AD_HASH_BEGIN, hnn_problem_point(&t->problem), t->size_bytes);
+    snprintf(text, sizeof text,
+             "step %zu, parameters %016" PRIx64 ", data %016" PRIx64 " %016" PRIx64, t->step, point,
+             t->train.hash, t->test.hash);
+    return ad_ranks_same(t->settings.ranks, "training", text, error);
+}
+
 static enum ad_status take_steps(hnn_trainer *t, size_t n, enum hnn_stop *stop,
                                  struct ad_error *error)
 {
@@ -302,7 +316,8 @@ static enum ad_status take_steps(hnn_trainer *t, size_t n, enum hnn_stop *stop,
             return error->status;
         t->seconds += ad_now() - began;
         bool last = t->stalled || t->step >= t->settings.steps;
-        if ((last || t->step % t->settings.every == 0) && evaluate_losses(t, error) != AD_OK)
+        if ((last || t->step % t->settings.every == 0) &&
+            (evaluate_losses(t, error) != AD_OK || compare_ranks(t, error) != AD_OK))
             return error->status;
         if (t->settings.progress && !t->settings.progress(t->settings.context, t)) {
             *stop = HNN_STOP_INTERRUPTED;
@@ -311,17 +326,6 @@ static enum ad_status take_steps(hnn_trainer *t, size_t n, enum hnn_stop *stop,
     }
     *stop = reason(t);
     return AD_OK;
-}
-
-/* Ranks that read another file, or an older checkpoint, would train towards something else. */
-static enum ad_status compare_ranks(hnn_trainer *t, struct ad_error *error)
-{
-    char text[128];
-    uint64_t point = ad_hash(AD_HASH_BEGIN, hnn_problem_point(&t->problem), t->size_bytes);
-    snprintf(text, sizeof text,
-             "step %zu, parameters %016" PRIx64 ", data %016" PRIx64 " %016" PRIx64, t->step, point,
-             t->train.hash, t->test.hash);
-    return ad_ranks_same(t->settings.ranks, "training", text, error);
 }
 
 enum ad_status hnn_trainer_advance(hnn_trainer *t, size_t n, enum hnn_stop *stop,

@@ -30,6 +30,20 @@ static void test_help(void **state)
     assert_string_equal(shell_out(), "leastaction " LEASTACTION_VERSION "\n");
 }
 
+/* Processes of a launcher that know nothing of each other would write the same files. */
+static void test_launched_without_mpi(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
+        assert_int_equal(shell("%s=3 $LA path freebody --csv a.csv", names[k]), 2);
+        assert_mentions(shell_err(), names[k]);
+        assert_mentions(shell_err(), "3 processes");
+        assert_int_equal(shell_files(), 0);
+        shell_works("%s=1 $LA path freebody --quiet", names[k]);
+    }
+}
+
 /* The dynamic loader lists what it loads before the command starts. */
 static void test_large_libraries_are_loaded_on_use(void **state)
 {
@@ -363,6 +377,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_help, shell_empty),
+        cmocka_unit_test_teardown(test_launched_without_mpi, shell_empty),
         cmocka_unit_test_teardown(test_large_libraries_are_loaded_on_use, shell_empty),
         cmocka_unit_test_teardown(test_json_keys, shell_empty),
         cmocka_unit_test_teardown(test_every_scene_runs, shell_empty),
