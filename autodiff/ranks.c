@@ -73,9 +73,9 @@ enum ad_status ad_ranks_exchange(struct ad_ranks *r, size_t to, const void *sent
 enum ad_status ad_ranks_spread(struct ad_ranks *r, size_t from, void **data, size_t *bytes,
                                struct ad_error *error)
 {
-    const bool other = r && r->rank != from;
     if (AD_LACKS(error, data, bytes) || !r)
         return error->status;
+    const bool other = r->rank != from;
     if (other)
         *data = NULL;
     uint64_t n = *bytes;
