@@ -94,7 +94,6 @@ static bool take_sample(void *context, double t, const double *y)
     return !place->item.fine || compare_tracks(place, t, y);
 }
 
-
 void phys_place_leave(struct ensemble_place *place)
 {
     phys_crossed_clear(&place->solution.crossed);

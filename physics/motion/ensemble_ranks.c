@@ -12,9 +12,12 @@ struct transfer {
 
 static void move(struct transfer *t, void *data, size_t bytes)
 {
-    if (bytes && !t->failed)
-        t->failed =
-            (t->out ? fwrite(data, bytes, 1, t->stream) : fread(data, bytes, 1, t->stream)) != 1;
+    if (bytes == 0 || t->failed)
+        return;
+    if (t->out)
+        t->failed = fwrite(data, bytes, 1, t->stream) != 1;
+    else
+        t->failed = fread(data, bytes, 1, t->stream) != 1;
 }
 
 /* An array of a struct that was moved: NULL stays NULL. */
