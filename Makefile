@@ -105,7 +105,7 @@ SO = $(BUILD)/libleastaction.so
 MPICC ?= mpicc
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/$(if $(MPI),ranks/$(MPICC)/)leastaction)
 
-.PHONY: all build-tests objects test test-long check demo deb abi abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture test-ranks faults tsan test-page run-threaded recipes fuzz run-fuzzers $(FUZZERS:%=%.run) install uninstall clean help FORCE
+.PHONY: all build-tests objects test test-long check demo deb abi abi-headers charts docs-pictures peers hnn-table bench adbench lint format sanitize test-o1 fuzz-native coverage matrix mutants torture test-ranks ranks-speed faults tsan test-page run-threaded recipes fuzz run-fuzzers $(FUZZERS:%=%.run) install uninstall clean help FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 
@@ -138,6 +138,7 @@ help:
 	@echo '  mutants    tests must fail for each flipped sign in a gradient rule; LINES=60: for random changed lines'
 	@echo '  torture    kill runs at random moments: files stay intact, training resumes'
 	@echo '  test-ranks the command on 1 to 4 ranks, by each MPI installed; KILLS=5 of ranks'
+	@echo '  ranks-speed  training and ensembles on two ranks beside one (SAMPLES=1000000 RUNS=3)'
 	@echo '  recipes    follow docs/recipes.md in a copy of the tree (minutes)'
 	@echo '  faults     fail each file call and each allocation of a run, for each subcommand'
 	@echo '  tsan       multithreaded tests under the thread sanitizer (clang)'
@@ -410,6 +411,11 @@ torture: all
 
 test-ranks: $(BUILD)/leastaction
 	+@scripts/test-ranks $(BUILD) $(or $(filter-out 200,$(KILLS)),5)
+
+# On two idle processors; MPIRUN is that of MPICC.
+MPIRUN ?= mpirun
+ranks-speed: $(BUILD)/ranks/$(MPICC)/leastaction
+	@scripts/ranks-speed $< $(MPIRUN)
 
 recipes: all
 	@FULL=1 scripts/check-docs $(BUILD) docs/recipes.md

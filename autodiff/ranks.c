@@ -199,7 +199,7 @@ static enum ad_status share_results(struct ad_ranks *r, size_t from, size_t task
 static enum ad_status deal(struct ad_ranks *r, size_t tasks, size_t bytes, ad_ranks_task *run,
                            void *context, char *results, struct ad_error *error)
 {
-    const size_t share = tasks / (64 * r->count) + 1; /* so that dealing takes little */
+    const size_t share = tasks / (256 * r->count) + 1; /* so that dealing takes little */
     unsigned char *mine = calloc(tasks, 1), *done = malloc(r->count * tasks);
     char *packed = malloc(tasks * bytes + 1);
     if (!mine || !done || !packed)

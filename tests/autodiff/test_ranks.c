@@ -9,7 +9,7 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-enum { MOST = 7, BLOCKS = 40, WIDTH = 3, TASKS = 300 };
+enum { MOST = 7, BLOCKS = 40, WIDTH = 3, TASKS = 1500 };
 
 static double entry(size_t k, size_t i) { return sin(1e3 * (double)(k + 1) + 7.7 * (double)i); }
 
