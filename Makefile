@@ -87,7 +87,7 @@ PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/status.h autodiff/version.h 
               autodiff/program.h autodiff/derivatives.h autodiff/series.h autodiff/ops.def autodiff/optim.h autodiff/lbfgs.h autodiff/ranks.h \
               physics/physics.h physics/system/system.h physics/io/names.h \
               physics/lagrangian/check.h physics/lagrangian/conserved.h physics/lagrangian/euler_lagrange.h \
-              physics/action/action.h physics/path/path.h physics/ephemeris/ephemeris.h \
+              physics/action/action.h physics/path/path.h physics/path/ranks/path_ranks.h physics/ephemeris/ephemeris.h \
               physics/ephemeris/horizons.h physics/ephemeris/models.h physics/lagrangian/legendre.h \
               physics/ode/ode.h physics/integrators/integrators.h physics/motion/checks.h \
               physics/motion/motion.h physics/motion/solve.h physics/motion/ensemble.h physics/gas/order.h \

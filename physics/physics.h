@@ -23,7 +23,7 @@
        modes/          equilibria, small oscillations          modes.h
        gas/            order and fast motion of a gas          order.h
        ephemeris/      Horizons tables, models of the planets  horizons.h, models.h
-       path/           stationary paths; all/: all of them     path.h */
+       path/           stationary paths; all/: all of them     path.h; ranks/path_ranks.h */
 #ifndef PHYSICS_PHYSICS_H
 #define PHYSICS_PHYSICS_H
 
@@ -48,6 +48,7 @@
 #include "physics/motion/solve.h"
 #include "physics/ode/ode.h"
 #include "physics/path/path.h"
+#include "physics/path/ranks/path_ranks.h"
 #include "physics/stability/diagnostics.h"
 #include "physics/stability/periodic.h"
 #include "physics/stability/stability.h"

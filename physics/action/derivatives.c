@@ -26,37 +26,45 @@ static ad_var lagrangian(struct phys_derivatives *d, const struct phys_system *s
     return phys_system_lagrangian(system, d->q, d->v, d->t);
 }
 
-static enum ad_status record(struct phys_derivatives *d, const struct phys_system *system,
-                             const struct phys_action *action, struct ad_error *error)
+/* Those by the coordinates times a seed. */
+static void record_second(struct phys_derivatives *d)
 {
-    ad_var by[2];
-    d->L = lagrangian(d, system, action);
-    ad_var at[2] = {d->q, d->v};
-    ad_tape *tape = d->L.tape;
-    d->seed = ad_input(tape, d->dof, 1, "seed");
-    ad_grad(d->L, 2, at, by);
-    d->L_q = by[0];
-    d->L_v = by[1];
+    ad_var at[2] = {d->q, d->v}, by[2];
+    d->seed = ad_input(d->L.tape, d->dof, 1, "seed");
     ad_grad(ad_dot(d->L_q, d->seed), 2, at, by);
     d->L_qq = by[0];
     d->L_vq = by[1];
     ad_grad(ad_dot(d->L_v, d->seed), 2, at, by);
     d->L_qv = by[0];
     d->L_vv = by[1];
+}
+
+static enum ad_status record(struct phys_derivatives *d, const struct phys_system *system,
+                             const struct phys_action *action, bool second, struct ad_error *error)
+{
+    ad_var by[2];
+    d->L = lagrangian(d, system, action);
+    ad_tape *tape = d->L.tape;
+    ad_grad(d->L, 2, (ad_var[]){d->q, d->v}, by);
+    d->L_q = by[0];
+    d->L_v = by[1];
+    if (second)
+        record_second(d);
     if (!action) /* discrete d'Alembert: the virtual work of all forces at the rule's points */
         d->L_q = phys_system_add_forces(system, d->L_q, d->q, d->v, d->t);
     if (phys_tape_status(tape, error) != AD_OK)
         return error->status;
     if ((!action && ad_compile(tape, 3, (ad_var[]){d->L, d->L_q, d->L_v}, &d->first) != AD_OK) ||
-        ad_compile(tape, 6, (ad_var[]){d->L_q, d->L_v, d->L_qq, d->L_vq, d->L_qv, d->L_vv},
-                   &d->second) != AD_OK)
+        (second &&
+         ad_compile(tape, 6, (ad_var[]){d->L_q, d->L_v, d->L_qq, d->L_vq, d->L_qv, d->L_vv},
+                    &d->second) != AD_OK))
         return phys_tape_status(tape, error);
     return AD_OK;
 }
 
-enum ad_status phys_derivatives_new(struct phys_derivatives *d, const struct phys_system *system,
-                                    size_t columns, const struct phys_action *action,
-                                    struct ad_error *error)
+static enum ad_status make(struct phys_derivatives *d, const struct phys_system *system,
+                           size_t columns, const struct phys_action *action, bool second,
+                           struct ad_error *error)
 {
     *d = (struct phys_derivatives){.units = phys_may_differ_in_unit(system),
                                    .dof = system->dof,
@@ -65,9 +73,23 @@ enum ad_status phys_derivatives_new(struct phys_derivatives *d, const struct phy
     if (!action)
         d->tape = ad_tape_new(AD_F64);
     if (!d->work || (!action && !d->tape) ||
-        !phys_coupling_new(&d->coupling, system, false, PHYS_COUPLING_FEW))
-        return ad_fail(error, AD_E_MEMORY, "out of memory for second derivatives");
-    return record(d, system, action, error);
+        (second && !phys_coupling_new(&d->coupling, system, false, PHYS_COUPLING_FEW)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory for derivatives of L");
+    return record(d, system, action, second, error);
+}
+
+enum ad_status phys_derivatives_new(struct phys_derivatives *d, const struct phys_system *system,
+                                    size_t columns, const struct phys_action *action,
+                                    struct ad_error *error)
+{
+    return make(d, system, columns, action, true, error);
+}
+
+enum ad_status phys_derivatives_first_new(struct phys_derivatives *d,
+                                          const struct phys_system *system, size_t columns,
+                                          struct ad_error *error)
+{
+    return make(d, system, columns, NULL, false, error);
 }
 
 void phys_derivatives_free(struct phys_derivatives *d)
@@ -84,7 +106,8 @@ void phys_derivatives_native(struct phys_derivatives *d)
 {
     if (d->first)
         ad_native_lazy(d->first);
-    ad_native_lazy(d->second);
+    if (d->second)
+        ad_native_lazy(d->second);
 }
 
 void phys_derivatives_set(struct phys_derivatives *d, ad_program *program)

@@ -24,6 +24,10 @@ struct phys_derivatives {
 enum ad_status phys_derivatives_new(struct phys_derivatives *d, const struct phys_system *system,
                                     size_t columns, const struct phys_action *action,
                                     struct ad_error *error);
+/* The first derivatives alone: `second` is NULL. */
+enum ad_status phys_derivatives_first_new(struct phys_derivatives *d,
+                                          const struct phys_system *system, size_t columns,
+                                          struct ad_error *error);
 void phys_derivatives_free(struct phys_derivatives *d);
 /* Programs that take long become machine code (ad_native_lazy). */
 void phys_derivatives_native(struct phys_derivatives *d);

@@ -14,16 +14,18 @@ enum { BLOCK = 128 }; /* points that are evaluated at once, at most */
 
 static bool allocate(struct phys_hessian *h)
 {
+    h->gradient = malloc(h->elements * h->side * sizeof(double));
+    h->point = malloc((h->table.points + h->repeat) * sizeof *h->point);
+    if (!h->of->second)
+        return h->gradient && h->point;
     h->order = h->of->coupling.order;
     h->around = h->of->coupling.width;
     h->width = h->around < h->dof / 2 ? 2 * h->around + 1 : h->dof;
     if (h->elements > SIZE_MAX / sizeof(double) / (h->side * (h->table.degree + 1) * h->width))
         return false;
     h->element = calloc(phys_hessian_size(h), sizeof(double));
-    h->gradient = malloc(h->elements * h->side * sizeof(double));
     h->stiffness = malloc(h->dof * sizeof(double));
     h->rows = malloc(2 * h->dof * sizeof *h->rows);
-    h->point = malloc((h->table.points + h->repeat) * sizeof *h->point);
     return h->rows && h->element && h->gradient && h->stiffness && h->point;
 }
 
@@ -216,8 +218,10 @@ static void add_values(struct phys_hessian *h, struct block b)
             vp += v[d * n + c] * L_v[d * n + c];
         h->action += weight * L[c];
         h->kinetic += weight * vp / 2;
-        h->energy = b.first + c == 0 ? vp - L[c] : h->energy;
-        h->drift = fmax(h->drift, fabs(vp - L[c] - h->energy));
+        if (b.first + c == 0)
+            h->energy = h->least = h->most = vp - L[c];
+        h->least = fmin(h->least, vp - L[c]);
+        h->most = fmax(h->most, vp - L[c]);
     }
 }
 
@@ -329,6 +333,8 @@ static void clear(struct phys_hessian *h)
                    (end - first) * sizeof *h->element);
     }
     memset(h->stiffness, 0, h->dof * sizeof *h->stiffness);
+    if (h->mass) /* has been factored, perhaps */
+        memset(h->mass, 0, h->points * h->dof * (h->around + 1) * sizeof *h->mass);
 }
 
 void phys_hessian_at(struct phys_hessian *h, const double *path, double start)
@@ -357,7 +363,7 @@ void phys_hessian_at(struct phys_hessian *h, const double *path, double start)
 void phys_hessian_gradient_at(struct phys_hessian *h, const double *path, double start)
 {
     place_points(h);
-    h->action = h->kinetic = h->drift = 0;
+    h->action = h->kinetic = 0;
     memset(h->gradient, 0, h->elements * h->side * sizeof *h->gradient);
     for (struct block b = block_from(h, 0); b.count > 0; b = block_from(h, b.first + b.count)) {
         ad_program *program = h->of->first ? h->of->first : h->of->second;

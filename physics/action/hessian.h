@@ -33,9 +33,9 @@ struct phys_hessian {
     size_t around, width;
     double *element;  /* [elements][side columns][degree + 1 nodes][width]: phys_hessian_place */
     double *gradient; /* [elements][side]: of the element's part of S, in order of coordinates */
-    double action, kinetic; /* with the gradient alone: integrals of L and of v L_v / 2, ... */
-    double energy, drift;   /* ... v L_v - L at the first point, and its largest change */
-    double *stiffness;      /* [dof]: mean over points of |L_vv| / dt on the diagonal */
+    double action, kinetic;     /* with the gradient alone: integrals of L and of v L_v / 2, ... */
+    double energy, least, most; /* ... v L_v - L at the first point, and its range */
+    double *stiffness;          /* [dof]: mean over points of |L_vv| / dt on the diagonal */
     /* [points][dof][around + 1]: L_vv by columns, places from the diagonal on, where
        phys_hessian_keep_mass asks for it */
     double *mass;

@@ -80,6 +80,10 @@ void phys_lapack_symmetric_forward(size_t n, size_t inner, const double *a, cons
                                    double *b);
 void phys_lapack_symmetric_backward(size_t n, size_t inner, const double *a, const int *pivots,
                                     double *b);
+/* From a matrix so reduced, the inner block's inverse times its columns beside each other row:
+   solved [n - inner][inner]. */
+void phys_lapack_symmetric_eliminated(size_t n, size_t inner, const double *a, const int *pivots,
+                                      double *solved);
 enum { PHYS_SMALL = 40 }; /* rows that are factored without LAPACK */
 /* Of the first n rows of a matrix so factored, columns of which are `stride` apart: how many
    eigenvalues are negative; adds log |det|. */

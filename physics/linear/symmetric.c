@@ -114,12 +114,29 @@ int phys_lapack_symmetric_reduce(size_t n, size_t inner, double *a, int *pivots)
     return zero;
 }
 
-static double below(const double *a, size_t n, size_t column, size_t from, const double *b)
+static double below(const double *column, size_t from, size_t n, const double *b)
 {
     double sum = 0;
     for (size_t i = from; i < n; i++)
-        sum += a[column * n + i] * b[i];
+        sum += column[i] * b[i];
     return sum;
+}
+
+/* P^-T L^-T b, the last of the three solves, for the first `inner` of n unknowns; columns of a are
+   `stride` apart. */
+static void solve_transposed(size_t n, size_t inner, size_t stride, const double *a,
+                             const int *pivots, double *b)
+{
+    for (size_t k = inner; k-- > 0;) {
+        size_t last = k;
+        bool pair = pivots[k] < 0;
+        b[k] -= below(a + k * stride, last + 1, n, b);
+        if (pair) {
+            k--;
+            b[k] -= below(a + k * stride, last + 1, n, b);
+        }
+        swap(b + last, b + (pair ? -pivots[k] : pivots[k]) - 1);
+    }
 }
 
 void phys_lapack_symmetric_forward(size_t n, size_t inner, const double *a, const int *pivots,
@@ -146,15 +163,16 @@ void phys_lapack_symmetric_forward(size_t n, size_t inner, const double *a, cons
 void phys_lapack_symmetric_backward(size_t n, size_t inner, const double *a, const int *pivots,
                                     double *b)
 {
-    for (size_t k = inner; k-- > 0;) {
-        size_t last = k;
-        bool pair = pivots[k] < 0;
-        b[k] -= below(a, n, k, last + 1, b);
-        if (pair) {
-            k--;
-            b[k] -= below(a, n, k, last + 1, b);
-        }
-        swap(b + last, b + (pair ? -pivots[k] : pivots[k]) - 1);
+    solve_transposed(n, inner, n, a, pivots, b);
+}
+
+void phys_lapack_symmetric_eliminated(size_t n, size_t inner, const double *a, const int *pivots,
+                                      double *solved)
+{
+    for (size_t r = 0; r < n - inner; r++, solved += inner) {
+        for (size_t k = 0; k < inner; k++)
+            solved[k] = a[k * n + inner + r];
+        solve_transposed(inner, inner, n, a, pivots, solved);
     }
 }
 

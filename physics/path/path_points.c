@@ -71,8 +71,9 @@ void phys_path_points_measure(struct phys_path_program *p, struct phys_path_info
 {
     const struct phys_hessian *h = p->hessian;
     double weights = (double)h->elements + h->repeat;
+    double drift = fmax(h->most - h->energy, h->energy - h->least);
     info->energy_mean = (2 * h->kinetic - h->action) / (weights * h->dt);
-    info->energy_drift = h->energy != 0 ? h->drift / fabs(h->energy) : h->drift;
+    info->energy_drift = h->energy != 0 ? drift / fabs(h->energy) : drift;
     if (p->settings->start_momentum)
         for (size_t k = 0; k < h->dof; k++)
             p->settings->start_momentum[k] = -h->gradient[k];

@@ -15,6 +15,7 @@
 #include "physics/modes/modes.h"
 #include "physics/action/action.h"
 #include "physics/path/path.h"
+#include "physics/path/ranks/path_ranks.h"
 #include "physics/ephemeris/ephemeris.h"
 #include "physics/ephemeris/horizons.h"
 #include "physics/ephemeris/models.h"
@@ -100,6 +101,11 @@ static void touched(int signal)
     X(phys_path_refine, phys_path_refine(P, P, P, 1, 1, O, e))                                     \
     X(phys_path_continue, phys_path_continue(O, P, P, 1, 1, P, O, O, e))                           \
     X(phys_path_spectrum, phys_path_spectrum(P, P, P, P, e))                                       \
+    X(phys_path_share, phys_path_share(P, 0, 3, O, e))                                             \
+    X(phys_path_ranks_start, phys_path_ranks_start(P, P, P, 1, false, P, P, e))                    \
+    X(phys_path_ranks_gradient, phys_path_ranks_gradient(P, P, P, P, P, O, e))                     \
+    X(phys_path_ranks_solve, phys_path_ranks_solve(P, P, P, P, P, P, e))                           \
+    X(phys_path_ranks_spectrum, phys_path_ranks_spectrum(P, P, P, P, O, e))                        \
     X(phys_path_conjugate, phys_path_conjugate(P, P, P, P, e))                                     \
     X(phys_path_find, phys_path_find(P, P, P, P, P, e))                                            \
     X(phys_path_all, phys_path_all(P, P, P, 1, 1, O, e))                                           \

@@ -55,7 +55,7 @@ static bool moves(const struct phys_reduced *r, size_t u)
 {
     size_t slice = u / r->dof;
     const bool *free = r->hessian->free[slice > 0];
-    return (slice > 0 && slice < r->count) || (free && free[u % r->dof]);
+    return (slice > 0 && slice < r->count) || (free && free[r->hessian->order[u % r->dof]]);
 }
 
 static double *inner_of(const struct phys_reduced *r, size_t e, double *x)

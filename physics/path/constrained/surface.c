@@ -46,10 +46,14 @@ static enum ad_status allocate(struct phys_surface *s, struct ad_error *error)
                                 .width = s->left};
     to->element = malloc(phys_hessian_size(to) * sizeof(double));
     to->stiffness = malloc(s->left * sizeof(double));
+    s->order = malloc(s->left * sizeof *s->order);
     s->Z = malloc((s->nodes * s->left * dof + 2 * n * dof + n * n + n + 2 * dof + dof * dof) *
                   sizeof *s->Z);
     s->tape = ad_tape_new(AD_F64);
-    if (!to->element || !to->stiffness || !s->Z || !s->tape)
+    for (uint32_t i = 0; s->order && i < s->left; i++)
+        s->order[i] = i;
+    to->order = s->order;
+    if (!to->element || !to->stiffness || !s->order || !s->Z || !s->tape)
         return ad_fail(error, AD_E_MEMORY, "out of memory for constraints of a path");
     s->Q = s->Z + s->nodes * s->left * dof;
     s->W = s->Q + n * dof;
@@ -89,7 +93,7 @@ void phys_surface_free(struct phys_surface *s)
     phys_constraints_free(s->at);
     ad_program_free(s->program);
     ad_tape_free(s->tape);
-    AD_FREE(s->Z, s);
+    AD_FREE(s->order, s->Z, s);
 }
 
 /* ---- nodes ---- */
@@ -289,10 +293,13 @@ static void add_column(const struct phys_surface *s, const struct phys_hessian *
                        size_t a, size_t b, const double *z, const double *Z_a, double *to)
 {
     const size_t dof = s->dof;
+    const uint32_t *place = s->whole->of->coupling.place;
     for (size_t row = 0; row < dof; row++) {
         double sum = 0;
         for (size_t d = 0; d < dof; d++)
-            sum += (h ? phys_hessian_entry(h, e, a, row, b, d) : -s->H[row * dof + d]) * z[d];
+            sum +=
+                (h ? phys_hessian_entry(h, e, a, place[row], b, place[d]) : -s->H[row * dof + d]) *
+                z[d];
         for (size_t i = 0; i < s->left; i++)
             to[i] += Z_a[i * dof + row] * sum;
     }

@@ -17,6 +17,7 @@ struct phys_surface {
     const struct phys_hessian *whole; /* of all coordinates */
     struct phys_hessian tangent;      /* of u: degree, elements and times are those of `whole` */
     struct phys_constraints *at;      /* g and G at one node */
+    uint32_t *order;                  /* of u: 0, 1, ... */
     size_t dof, n, left, nodes;       /* left: dof - n */
     ad_tape *tape;
     ad_program *program; /* q, t, mu -> sum mu g_qq [dof x dof] */
