@@ -166,6 +166,8 @@ static int run(const void *options, struct ad_error *error)
 {
     struct path_run run;
     int status;
+    if (path_by_blocks(options))
+        return path_blocks_run(options, error);
     if (path_setup(options, &run, error) == AD_OK &&
         outputs_run(&outputs, &run.options->common, &run, solve, error) == AD_OK) {
         path_diagnose(&run);
@@ -237,6 +239,9 @@ static const struct option table[] = {
      AT(preset)},
     {"every", "K", OPTION_SOME, NULL, "steps between paths stored by --out [about 200 in all]",
      AT(every)},
+    {"blocks", NULL, OPTION_FLAG, NULL,
+     "by fixed blocks of slices, as many ranks do: their bits, less memory, few estimates",
+     AT(blocks)},
     {"data", "DIR", OPTION_INPUT, NULL, "ephemeris: a folder of Horizons vector tables", AT(data)},
     {"from", "DATE", OPTION_TEXT, NULL, "ephemeris: first epoch, YYYY-MM-DD or an index", AT(from)},
     {"days", "N", OPTION_SLICES, NULL, "ephemeris: epochs, one per slice", AT(days)},
@@ -251,6 +256,7 @@ const struct command command_path = {
          .what = "stationary path between two ends",
          .arguments = {"SCENE"},
          .scene = true,
+         .ranks = true,
          .outputs = true,
          .options = table,
          .n_options = sizeof table / sizeof *table,
@@ -264,7 +270,9 @@ const struct command command_path = {
              "the ends. The true motion is integrated from the start of the path found. Where\n"
              "the reference leads to another stationary path that is said; the exit status is\n"
              "1 where --reference asked for it, or --data, but 0 with --tol, whose estimate is\n"
-             "that of the path found."},
+             "that of the path found.\n\n"
+             "mpirun -n N leastaction path ... splits the slices among ranks, each with memory\n"
+             "for its share (make MPI=1; docs/scale.md). The bits do not depend on N."},
     .bytes = sizeof(struct path_options),
     .run = run,
 };

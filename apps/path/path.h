@@ -22,7 +22,7 @@ struct path_options {
     size_t slices, steps, every, days, dims, adam_steps, hold;
     double dt, learning_rate, momentum, noise, tolerance, grad_tolerance, energy_weight;
     const char *energy_loss, *ends;
-    bool stop_at_reference, all;
+    bool stop_at_reference, all, blocks;
     double energy;
 };
 
@@ -52,6 +52,7 @@ struct path_run {
     struct phys_ends ends;            /* what is free there; settings.ends */
     double *given;                    /* [dof x 2] ends of --start, --end; NaN: free. NULL: none */
     bool *moves;                      /* [2 x dof] which of them are free */
+    struct phys_path_share share;     /* by blocks: what of it this rank has */
     double *reference, *start, *path; /* reference NULL: there is none ... */
     bool led_away;                    /* the discretised motion, so that the true one stands in */
     const char *reference_is;         /* ... or what it is */
@@ -139,6 +140,19 @@ void path_report_continued(const struct path_run *run, struct report *report);
    path [dof x slices]. (path_start.c) */
 enum ad_status path_motion(const struct path_run *run, size_t slices, double dt, double tolerance,
                            double *path, struct ad_error *error);
+/* ---- by blocks, on ranks (path_blocks.c) ---- */
+
+/* Whether the path is found by fixed blocks of slices: on many ranks, or with --blocks. */
+bool path_by_blocks(const struct path_options *options);
+/* Refuses options that such a run does not look at. */
+enum ad_status path_blocks_check(const struct path_options *options, struct ad_error *error);
+/* This rank's share of the start, in run->path; ends path_setup. */
+enum ad_status path_blocks_start(struct path_run *run, struct ad_error *error);
+/* Finds and writes it. Returns the exit status. */
+int path_blocks_run(const struct path_options *options, struct ad_error *error);
+/* Its results (path_report.c). */
+void path_report_blocks(const void *run, struct report *report);
+
 /* ---- recording (path_record.c) ---- */
 
 /* `pictures`: keep frames. `file` may be NULL. */
@@ -179,6 +193,7 @@ const char *path_stop_name(enum phys_stop stop);
    the coordinates. */
 void path_report(const void *run, struct report *report);
 void path_write_csv(const void *run, FILE *out);
+void path_write_titles(const struct path_run *run, FILE *out);
 enum ad_status path_picture(const void *run, struct plot *plot, struct ad_error *error);
 /* What is known before the run; the rest, after it. */
 enum ad_status path_file_begin(const struct path_run *run, phys_hdf5 *file, struct ad_error *error);

@@ -223,3 +223,20 @@ void path_report(const void *context, struct report *report)
     report_energy(run, report);
     path_report_solutions(run, report);
 }
+
+void path_report_blocks(const void *context, struct report *report)
+{
+    const struct path_run *run = context;
+    const struct ad_ranks *ranks = run->options->common.ranks;
+    report_run(run, report);
+    report_figures(run, &run->found.info, report);
+    path_report_kind(run, report);
+    report_energy(run, report);
+    report_line(report, "\n  by blocks: no distances, conjugate points and estimates of errors");
+    report->passing = true;
+    report_count(report, "ranks", "ranks", ranks ? ranks->count : 1);
+    report_count(report, "messages", "messages of rank 0", ranks ? ranks->messages : 0);
+    report_count(report, "message_bytes", "bytes of them", ranks ? ranks->bytes : 0);
+    report_number(report, "seconds_waiting", "waiting", "s", ranks ? ranks->seconds : 0);
+    report->passing = false;
+}

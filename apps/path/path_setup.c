@@ -148,6 +148,8 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
 {
     double *observed = NULL;
     *run = (struct path_run){.options = options};
+    if (path_by_blocks(options) && path_blocks_check(options, error) != AD_OK)
+        return error->status;
     if (hnn_system_open(options->common.argument[0], &run->system, error) != AD_OK ||
         choose_preset(options, run, error) != AD_OK ||
         set_parameters(options, run, error) != AD_OK || path_continuation(run, error) != AD_OK)
@@ -166,7 +168,8 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
         free(observed);
         return error->status;
     }
-    return path_start(run, observed, error);
+    return path_by_blocks(options) ? path_blocks_start(run, error)
+                                   : path_start(run, observed, error);
 }
 
 void path_run_free(struct path_run *run)

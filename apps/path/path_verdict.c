@@ -20,6 +20,10 @@ static void reason(const struct path_run *run, char *text, size_t size)
     else if (s->legendre == PHYS_NEGATIVE)
         snprintf(text, size, "L_vv is negative definite: of -S it is %zu, %s of the action",
                  s->index, s->index ? "a saddle" : "a maximum");
+    else if (s->legendre == PHYS_POSITIVE && isnan(s->around[0]))
+        snprintf(text, size,
+                 "an eigenvalue of the Hessian is zero within rounding: the ends are "
+                 "conjugate or nearly, or the slices too many");
     else if (s->legendre == PHYS_POSITIVE)
         snprintf(text, size,
                  "an eigenvalue of the second variation, %.2g, is zero within its error: the ends "

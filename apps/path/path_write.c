@@ -7,22 +7,27 @@
 
 /* ---- CSV ---- */
 
+void path_write_titles(const struct path_run *run, FILE *out)
+{
+    char name[32];
+    fputs(phys_time_name(&run->system), out);
+    for (size_t k = 0; k < run->system.dof; k++) {
+        phys_coordinate_name(&run->system, k, name, sizeof name);
+        fprintf(out, ",%s", name);
+    }
+    for (size_t k = 0; run->found.force && k < run->system.dof; k++) {
+        phys_coordinate_name(&run->system, k, name, sizeof name);
+        fprintf(out, ",reaction_%s", name);
+    }
+    fputc('\n', out);
+}
+
 void path_write_csv(const void *context, FILE *out)
 {
     const struct path_run *run = context;
     size_t dof = run->system.dof, n = run->settings.slices;
     const struct phys_grid grid = phys_grid_of(&run->settings);
-    char name[32];
-    fputs(phys_time_name(&run->system), out);
-    for (size_t k = 0; k < dof; k++) {
-        phys_coordinate_name(&run->system, k, name, sizeof name);
-        fprintf(out, ",%s", name);
-    }
-    for (size_t k = 0; run->found.force && k < dof; k++) {
-        phys_coordinate_name(&run->system, k, name, sizeof name);
-        fprintf(out, ",reaction_%s", name);
-    }
-    fputc('\n', out);
+    path_write_titles(run, out);
     for (size_t i = 0; i < n; i++) {
         fprintf(out, "%.17g", phys_grid_time(&grid, i));
         for (size_t k = 0; k < dof; k++)

@@ -28,8 +28,9 @@ void phys_hdf5_write(phys_hdf5 *file, const char *name, enum ad_type type, size_
 /* A dataset that grows along its first dimension: dims[0] is ignored, 0 records so far. */
 void phys_hdf5_extendable(phys_hdf5 *file, const char *name, enum ad_type type, size_t rank,
                           const size_t dims[]);
-/* Appends one record [dims[1] x ... x dims[rank-1]] to an extendable dataset. */
+/* Appends one record [dims[1] x ... x dims[rank-1]], or n of them, to an extendable dataset. */
 void phys_hdf5_append(phys_hdf5 *file, const char *name, const void *record);
+void phys_hdf5_append_all(phys_hdf5 *file, const char *name, size_t n, const void *records);
 /* A folder; needed only where it carries attributes. */
 void phys_hdf5_folder(phys_hdf5 *file, const char *name);
 /* Attributes of a dataset or folder ("/": of the file). A unit (may be NULL) goes beside the number

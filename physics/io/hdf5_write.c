@@ -90,23 +90,23 @@ static bool select_records(hid_t space, size_t rank, const hsize_t size[], hsize
            H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, block, NULL) >= 0;
 }
 
-static bool append(hid_t id, const void *record)
+static bool append(hid_t id, size_t n, const void *records)
 {
     hid_t space = H5Dget_space(id), type = H5Dget_type(id);
     hsize_t size[PHYS_HDF5_RANK];
     int rank = H5Sget_simple_extent_dims(space, size, NULL);
     H5Sclose(space);
-    size[0]++;
+    size[0] += n;
     bool done = rank > 0 && H5Dset_extent(id, size) >= 0;
     if (done) {
-        hsize_t one[PHYS_HDF5_RANK] = {1};
+        hsize_t part[PHYS_HDF5_RANK] = {n};
         for (int k = 1; k < rank; k++)
-            one[k] = size[k];
+            part[k] = size[k];
         space = H5Dget_space(id);
-        hid_t memory = H5Screate_simple(rank, one, NULL);
+        hid_t memory = H5Screate_simple(rank, part, NULL);
         hid_t native = H5Tget_native_type(type, H5T_DIR_ASCEND);
-        done = select_records(space, (size_t)rank, size, size[0] - 1, 1) &&
-               H5Dwrite(id, native, memory, space, H5P_DEFAULT, record) >= 0;
+        done = select_records(space, (size_t)rank, size, size[0] - n, n) &&
+               H5Dwrite(id, native, memory, space, H5P_DEFAULT, records) >= 0;
         H5Tclose(native);
         H5Sclose(memory);
         H5Sclose(space);
@@ -117,11 +117,16 @@ static bool append(hid_t id, const void *record)
 
 void phys_hdf5_append(phys_hdf5 *file, const char *name, const void *record)
 {
+    phys_hdf5_append_all(file, name, 1, record);
+}
+
+void phys_hdf5_append_all(phys_hdf5 *file, const char *name, size_t n, const void *records)
+{
     PHYS_H5_ALONE;
     if (file->error.status != AD_OK)
         return;
     hid_t id = H5Dopen2(file->id, name, H5P_DEFAULT);
-    bool appended = id >= 0 && append(id, record);
+    bool appended = id >= 0 && append(id, n, records);
     if (!(id >= 0 && H5Dclose(id) >= 0 && appended))
         phys_h5_fail_write(file, "append to", name);
 }
