@@ -323,7 +323,7 @@ bench: all
 # Tables of Horizons for the ephemeris.
 HORIZONS ?= tests/data/horizons
 
-CHARTS = gradients linear tape integrators paths gas hnn quantum jobs ephemeris
+CHARTS = gradients linear tape integrators paths gas hnn quantum jobs ephemeris scale
 
 charts: all
 	@for kind in $(CHARTS); do \

@@ -25,6 +25,7 @@ struct chart {
     bool quiet;                  /* no tables on the terminal */
     const char *data, *from;     /* ephemeris: the folder of tables, and the first day */
     size_t days;
+    double latency, bandwidth, flops; /* scale: of the machines planned for; s, bytes/s, 1/s */
 
     struct json json;   /* of results that are not rows */
     const char *missed; /* why the exit status is 1; NULL: it is 0 */

@@ -9,6 +9,7 @@ struct options {
     bool quick;
     const char *folder, *format, *data, *from;
     size_t days;
+    double latency, bandwidth, flops;
 };
 
 static const struct kind {
@@ -82,7 +83,10 @@ static int run(const void *values, struct ad_error *error)
                             .quiet = options->common.quiet,
                             .data = options->data,
                             .from = options->from,
-                            .days = options->days};
+                            .days = options->days,
+                            .latency = options->latency,
+                            .bandwidth = options->bandwidth,
+                            .flops = options->flops};
     int status = make(kind, chart, options->common.json, error);
     free(chart);
     return status;
@@ -98,6 +102,10 @@ static const struct option table[] = {
     {"from", "DATE|INDEX", OPTION_TEXT, NULL, "ephemeris: first epoch [the published one]",
      AT(from)},
     {"days", "N", OPTION_COUNT, NULL, "ephemeris: how many days [65]", AT(days)},
+    {"latency", "S", OPTION_POSITIVE, "2e-6", "scale: of a message, in s", AT(latency)},
+    {"bandwidth", "B", OPTION_POSITIVE, "1e10", "scale: between two ranks, in bytes/s",
+     AT(bandwidth)},
+    {"flops", "F", OPTION_POSITIVE, "2e9", "scale: operations of a rank, in 1/s", AT(flops)},
 };
 
 #define CHART(name) ", " #name

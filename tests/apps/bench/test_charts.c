@@ -5,6 +5,7 @@
 #include "tests/apps/shell.h"
 #include "tests/close.h"
 #include "apps/bench/hand/hand.h"
+#include "autodiff/status.h"
 #include "tests/mentions.h"
 
 #include <string.h>
@@ -106,6 +107,43 @@ static void test_threads(void **state)
         assert_true(table_is(t, r, "same_bits", "yes"));
         assert_close(table_number(t, r, "speedup") * table_number(t, r, "two_threads_seconds"),
                      table_number(t, r, "one_thread_seconds"), 1e-3, 0);
+    }
+    table_free(t);
+}
+
+/* What ranks send is what the model has, and by hand for two of them: a sum is two reports of
+   errors, its two halves, and its result; a gradient two sums of two numbers, and six numbers
+   either way. More ranks than blocks gain nothing; speed-ups end where sending takes all the time.
+ */
+static void test_scale(void **state)
+{
+    (void)state;
+    const double sum = 2 * sizeof(struct ad_error) + 2 * 16;
+    shell_works("$LA chart scale --quick --quiet --out . --latency 1e-5");
+    picture_texts_are_apart();
+    struct table *t = table_read("scale_counts.csv");
+    assert_int_equal(t->rows, 4 * 4);
+    for (size_t r = 0; r < t->rows; r++) {
+        assert_true(table_is(t, r, "as_modelled", "yes"));
+        assert_true((table_number(t, r, "messages") > 0) == (table_number(t, r, "ranks") > 1));
+        if (table_is(t, r, "job", "path: gradient") && table_is(t, r, "ranks", "2")) {
+            assert_true(table_number(t, r, "messages") == 2 * 4 + 2);
+            assert_true(table_number(t, r, "bytes") == 2 * sum + 2 * 48);
+        }
+    }
+    table_free(t);
+    t = table_read("scale_model.csv");
+    assert_int_equal(t->rows, 5 * 16);
+    for (size_t r = 0; r < t->rows; r++) {
+        double share = table_number(t, r, "sending_share");
+        assert_close(table_number(t, r, "speedup"),
+                     table_number(t, r, "efficiency") * table_number(t, r, "ranks"), 1e-3, 0);
+        assert_true(table_number(t, r, "efficiency") <= 1 - share + 1e-3);
+        assert_true(share >= 0 && share < 1);
+        if (table_is(t, r, "job", "training on 1e6 samples"))
+            assert_true(table_number(t, r, "speedup") <= 245);
+        if (table_is(t, r, "job", "gradient of 1e6 slices") && table_is(t, r, "ranks", "10000"))
+            assert_true(share > 0.9);
     }
     table_free(t);
 }
@@ -252,6 +290,7 @@ int main(void)
         cmocka_unit_test_setup(test_tape, shell_empty),
         cmocka_unit_test_setup(test_linear, shell_empty),
         cmocka_unit_test(test_threads),
+        cmocka_unit_test_setup(test_scale, shell_empty),
         cmocka_unit_test_setup(test_jobs, shell_empty),
         cmocka_unit_test_setup(test_hnn_steps, shell_empty),
         cmocka_unit_test(test_hnn_losses),
