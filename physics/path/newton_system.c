@@ -195,6 +195,7 @@ static bool factor_elements(struct phys_newton_system *band)
 bool phys_newton_system_factor(struct phys_newton_system *band, double damping)
 {
     band->damping = damping;
+    band->by_blocks = false;
     ad_blas_single_thread(); /* blocks are too small to share */
     bool factored = band->by_elements = factor_elements(band);
     if (!factored) {

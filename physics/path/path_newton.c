@@ -137,8 +137,8 @@ static double norm(struct phys_newton *s)
 /* Below which the gradient is zero where the Hessian was taken. */
 static void measure_rounding(struct phys_newton *s)
 {
-    s->rounding = ROUNDING *
-                  phys_newton_system_rounding(s->path.surface ? &s->whole : &s->band, s->path.x);
+    s->rounding =
+        ROUNDING * phys_newton_system_rounding(s->path.surface ? &s->whole : &s->band, s->path.x);
 }
 
 /* The Hessian at the path, on the tangent spaces of constraints if there are any. */

@@ -68,6 +68,8 @@ enum ad_status phys_ranked_check(const struct phys_system *system,
     if (!newton && s->adam_steps > 0)
         return ad_fail(error, AD_E_ARGUMENT, "%zu Adam steps before %s over ranks; expected 0",
                        s->adam_steps, name);
+    if (phys_refuse_constraints(system, "paths over ranks", error) != AD_OK)
+        return error->status;
     return phys_refuse_forces(system, "paths over ranks", error);
 }
 

@@ -398,6 +398,11 @@ static void what_cannot_be_is_refused(void **state)
                                      r.path, &info, &error),
                      AD_E_ARGUMENT);
     assert_mentions(error.message, "ball constraints newton adam");
+    error = (struct ad_error){0};
+    assert_int_equal(phys_path_ranks_solve(NULL, phys_solver_find("newton", &error), &r.system,
+                                           &r.settings, r.path, &info, &error),
+                     AD_E_ARGUMENT);
+    assert_mentions(error.message, "ranks constraints");
     end(&r);
     /* a line between opposite points goes through the centre, where the sphere has no normal, or
        jumps over it: each half of the nodes would rest */
