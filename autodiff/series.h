@@ -47,11 +47,12 @@ bool ad_series_is_number(const ad_series *series, size_t k, size_t i);
 void ad_series_advance(ad_series *series, size_t k);
 /* The solution of x' = y, whose first n_x outputs are the rates of the inputs, of their shapes:
    c [order + 1][n], coefficients 0 to `order` of the first n elements of all inputs, the first row
-   given, and in the second what rounding cut off it, or zeros, which goes into sums and differences
-   of two of them and of one and a number; of the other elements coefficient 0 is set as above.
-   order is at most that of _new. What runs for long becomes machine code (LEASTACTION_NATIVE=0:
-   never), to the same bits. */
+   given; of the other elements coefficient 0 is set as above. order is from 1 to that of _new. What
+   runs for long becomes machine code (LEASTACTION_NATIVE=0: never), to the same bits. */
 void ad_series_flow(ad_series *series, size_t n, size_t order, double *c);
+/* The same, with what rounding cut off the first row given in the second: it goes into sums and
+   differences of two of the elements, and of one and a number. */
+void ad_series_flow_cut(ad_series *series, size_t n, size_t order, double *c);
 /* Compiles that for n now; false, with the reason in `note` unless NULL. */
 bool ad_series_native(ad_series *series, size_t n, struct ad_error *note);
 /* Whether ad_series_flow runs as machine code now. */
@@ -76,8 +77,9 @@ bool ad_points_put(ad_points *points, size_t p, const ad_series *series);
    that are not rates, from the last flow to a series. */
 void ad_points_input(ad_points *points, size_t p, size_t k, size_t i, double value);
 void ad_points_values(const ad_points *points, size_t p, ad_series *to);
-/* c [order + 1][n], the first rows given as there. */
+/* c [order + 1][n], the first row given; _cut: and the second, as above. */
 void ad_points_flow(ad_points *points, size_t order, double *c);
+void ad_points_flow_cut(ad_points *points, size_t order, double *c);
 /* Sums of the terms 1 to orders[p] of each series at h[p], from the last on, in sum [n]; of their
    slopes, times h[p], in slope [n]; power [1] is h[p] to the orders[p]. `order` is the largest. */
 void ad_points_sum(const ad_points *points, size_t order, const double *c, const double *orders,

@@ -172,6 +172,14 @@ bool ad_series_compiled(const ad_series *series) { return series && series->code
 
 void ad_series_flow(ad_series *series, size_t n, size_t order, double *c)
 {
+    if (!series || order > series->order || n > series->n_input || order == 0)
+        return;
+    memset(c + n, 0, n * sizeof *c);
+    ad_series_flow_cut(series, n, order, c);
+}
+
+void ad_series_flow_cut(ad_series *series, size_t n, size_t order, double *c)
+{
     ad_series *s = series;
     if (!s || order > s->order || n > s->n_input || order == 0)
         return;

@@ -49,6 +49,14 @@ void ad_points_flow(ad_points *points, size_t order, double *c)
 {
     if (!points || !c)
         return;
+    memset(c + points->n * P, 0, points->n * P * sizeof *c);
+    ad_points_flow_cut(points, order, c);
+}
+
+void ad_points_flow_cut(ad_points *points, size_t order, double *c)
+{
+    if (!points || !c)
+        return;
     points->run(ad_jet_evaluate, points->model->jets, points->values, points->numbers,
                 points->packs, c, order);
 }
@@ -146,7 +154,7 @@ static bool agrees(ad_points *points, ad_series *s)
         double *at = sum + 2 * n * P;
         memcpy(at, orders, sizeof orders);
         memcpy(at + P, h, sizeof h);
-        ad_points_flow(points, s->order, got);
+        ad_points_flow_cut(points, s->order, got);
         ad_points_sum(points, s->order, got, at, at + P, sum, sum + n * P, at + 2 * P);
         for (size_t p = P; p-- > 0;) /* the model's point last, where it was */
             agrees = agrees && agrees_at(points, s, p, got, sum, sum + n * P, h[p], c);

@@ -125,7 +125,7 @@ static void expand_ends(struct phys_taylor_points *points, struct ad_error *erro
         phys_motion_points_begin(points->code, p, phys_ode_motion_series(s->ode), s->end);
         s->evaluations += memory_of(s)->usual;
     }
-    ad_points_flow(points->code, most(points->next_order), points->end);
+    ad_points_flow_cut(points->code, most(points->next_order), points->end);
     ad_points_finite(points->code, most(points->next_order), points->end, points->orders,
                      points->work);
     for (size_t p = 0; p < P; p++) {

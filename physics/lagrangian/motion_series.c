@@ -352,7 +352,7 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
         ad_series_input(s->flow, flow_time(s), 0)[0] = t;
         for (size_t k = 0; k < s->n_params; k++)
             phys_motion_parameter(s->motion, k, ad_series_input(s->flow, flow_time(s) + 1 + k, 0));
-        ad_series_flow(s->flow, n, order, c);
+        ad_series_flow_cut(s->flow, n, order, c);
         good = is_definite(s);
     }
     if (!good && s->columns && !s->constant_mass)

@@ -33,6 +33,7 @@ static void test_series(void **state)
     ad_points_input(NULL, 0, 0, 0, 1);
     ad_points_values(NULL, 0, NULL);
     ad_points_flow(NULL, 1, number);
+    ad_points_flow_cut(NULL, 1, number);
     ad_points_sum(NULL, 1, number, number, number, number, number, number);
     ad_points_finite(NULL, 1, number, number, number);
     assert_true(number[0] == 0.25);

@@ -205,7 +205,7 @@ static void compare_flows(size_t n_x, const ad_var x[], const ad_var rates[], co
     memcpy(c, start, n * sizeof *start);
     for (size_t i = 0; i < n; i++)
         c[n + i] = start[i] * 0x1p-50;
-    ad_series_flow(series, n, LONG, c);
+    ad_series_flow_cut(series, n, LONG, c);
     for (size_t k = 0; k <= LONG; k++)
         memcpy(interpreted[k], c + k * n, n * sizeof *c);
     if (!ad_series_native(series, n, &note)) {
@@ -214,7 +214,7 @@ static void compare_flows(size_t n_x, const ad_var x[], const ad_var rates[], co
         memset(c + n, 0, LONG * n * sizeof *c);
         for (size_t i = 0; i < n; i++)
             c[n + i] = start[i] * 0x1p-50;
-        ad_series_flow(series, n, LONG, c);
+        ad_series_flow_cut(series, n, LONG, c);
         for (size_t k = 0; k <= LONG; k++) {
             memcpy(native[k], c + k * n, n * sizeof *c);
             for (size_t i = 0; i < n; i++) {
@@ -225,6 +225,15 @@ static void compare_flows(size_t n_x, const ad_var x[], const ad_var rates[], co
             }
         }
     }
+    double *plain = malloc((LONG + 1) * n * sizeof *plain);
+    memset(c + n, 0, LONG * n * sizeof *c);
+    memset(plain, 0xff,
+           (LONG + 1) * n * sizeof *plain); /* NaN: rows behind the first are results */
+    memcpy(plain, start, n * sizeof *start);
+    ad_series_flow_cut(series, n, LONG, c);
+    ad_series_flow(series, n, LONG, plain);
+    assert_memory_equal(plain, c, (LONG + 1) * n * sizeof *c);
+    free(plain);
     free(c);
     ad_series_free(series);
 }
