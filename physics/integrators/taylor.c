@@ -23,9 +23,8 @@ static enum ad_status expand(struct phys_stepper *s, bool end, size_t order, dou
     double *c = coefficients(s, end);
     about->order = 0;
     memcpy(c, y, s->n * sizeof *y);
-    memcpy(c + s->n, end ? s->next_cut : s->cut, s->n * sizeof *y);
     s->evaluations += order;
-    if (s->ode->series(s->ode->context, order, t, c, error) == AD_OK)
+    if (s->ode->series(s->ode->context, order, t, c, end ? s->next_cut : s->cut, error) == AD_OK)
         *about = (struct about){order, t};
     return error->status;
 }

@@ -49,7 +49,7 @@ bool phys_motion_is_singular(const phys_motion *motion); /* the mass matrix used
 
 /* Taylor coefficients of the motion (motion_series.c), which must outlive this: c [order + 1][n] of
    (q, v), of `columns` variations (dq, dv) of them, and of one by each of the motion's parameters,
-   about t, the first row given, and in the second what rounding cut off it, or zeros, up to
+   about t, the first row given, and in cut, or NULL, what rounding cut off it, up to
    `order`, which is at most that of _new. What has no series, or kinks, is refused: AD_E_ARGUMENT;
    AD_E_NONFINITE as for accelerations. */
 struct phys_motion_series;
@@ -57,7 +57,7 @@ enum ad_status phys_motion_series_new(phys_motion *motion, size_t order, size_t 
                                       struct phys_motion_series **series, struct ad_error *error);
 void phys_motion_series_free(struct phys_motion_series *series); /* takes NULL */
 enum ad_status phys_motion_series(struct phys_motion_series *series, size_t order, double t,
-                                  double *c, struct ad_error *error);
+                                  double *c, const double *cut, struct ad_error *error);
 /* Whether it runs as machine code now. */
 bool phys_motion_series_compiled(const struct phys_motion_series *series);
 /* Many at once (autodiff/series.h) of series that are alike but for parameters; the first must

@@ -343,7 +343,7 @@ static enum ad_status refuse(const struct phys_motion_series *s, double t, const
 }
 
 enum ad_status phys_motion_series(struct phys_motion_series *series, size_t order, double t,
-                                  double *c, struct ad_error *error)
+                                  double *c, const double *cut, struct ad_error *error)
 {
     struct phys_motion_series *s = series;
     const size_t n = 2 * s->dof * (1 + s->columns);
@@ -352,7 +352,9 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
         ad_series_input(s->flow, flow_time(s), 0)[0] = t;
         for (size_t k = 0; k < s->n_params; k++)
             phys_motion_parameter(s->motion, k, ad_series_input(s->flow, flow_time(s) + 1 + k, 0));
-        ad_series_flow_cut(s->flow, n, order, c);
+        if (cut)
+            memcpy(c + n, cut, n * sizeof *c);
+        (cut ? ad_series_flow_cut : ad_series_flow)(s->flow, n, order, c);
         good = is_definite(s);
     }
     if (!good && s->columns && !s->constant_mass)

@@ -267,7 +267,7 @@ static bool has_series(const struct solving *s, struct ad_error *error)
         return false;
     bool has = phys_ode_lagrangian(m->system, &ode, &none) == AD_OK && ode.series &&
                phys_ode_enter(&ode, 0, m->start, m->start + dof, c[0], &none) == AD_OK &&
-               ode.series(ode.context, PHYS_SERIES_MOST, 0, c[0], &none) == AD_OK;
+               ode.series(ode.context, PHYS_SERIES_MOST, 0, c[0], NULL, &none) == AD_OK;
     phys_ode_free(&ode);
     phys_keep_memory(&none, error);
     return has;

@@ -104,7 +104,7 @@ static enum ad_status choose(const struct ensemble_task *task, struct ad_error *
         phys_ode_for(&first, e->integrator, &ode, error) == AD_OK) {
         memcpy(scale, e->start, 2 * e->dof * sizeof *scale);
         bool has = ode.series && e->dof <= SERIES_DOF &&
-                   ode.series(ode.context, 1, 0, scale, &none) != AD_E_ARGUMENT;
+                   ode.series(ode.context, 1, 0, scale, NULL, &none) != AD_E_ARGUMENT;
         if (!has && !s->integrator)
             e->integrator = phys_integrator_find("dop853", error);
     }

@@ -13,8 +13,7 @@ static bool evaluate(const struct phys_ode *ode, const double *y, double *two_ro
 {
     struct ad_error none = {0};
     memcpy(two_rows, y, ode->n * sizeof *y);
-    memset(two_rows + ode->n, 0, ode->n * sizeof *y);
-    return ode->series && ode->series(ode->context, 1, 0, two_rows, &none) == AD_OK;
+    return ode->series && ode->series(ode->context, 1, 0, two_rows, NULL, &none) == AD_OK;
 }
 
 bool phys_ensemble_worker_join(struct ensemble_worker *w, bool build)

@@ -78,7 +78,7 @@ const struct phys_integrator *phys_motion_method(const struct phys_ode *ode, con
     bool has = ode->series && ode->n <= 2 * SERIES_DOF;
     if (has) {
         memcpy(rows, y, ode->n * sizeof *y);
-        has = ode->series(ode->context, 1, 0, rows, &none) == AD_OK;
+        has = ode->series(ode->context, 1, 0, rows, NULL, &none) == AD_OK;
     }
     phys_keep_memory(&none, error);
     return phys_integrator_find(has ? "taylor" : "dop853", error);

@@ -30,10 +30,9 @@ struct phys_ode {
     /* With a kick: rate of exponential decay of the second half (friction proportional to the
        masses). `field` includes it; splitting methods treat it exactly. */
     double friction;
-    /* Taylor coefficients c [order + 1][n] of the motion about t, c[0..n-1] = y given, and
-       behind it what rounding cut off y, or zeros, order at most PHYS_SERIES_MOST; NULL: not
-       known. */
-    enum ad_status (*series)(void *context, size_t order, double t, double *c,
+    /* Taylor coefficients c [order + 1][n] of the motion about t, c[0..n-1] = y given, order at
+       most PHYS_SERIES_MOST; cut [n]: what rounding cut off y, or NULL. NULL: not known. */
+    enum ad_status (*series)(void *context, size_t order, double t, double *c, const double *cut,
                              struct ad_error *error);
     /* The halves are conjugate (up to a constant linear map), so that symplectic methods preserve
        the symplectic form of mechanics. */

@@ -32,8 +32,7 @@ static bool is_thin(struct context *c, struct ad_error *error)
 static enum ad_status thin_rates(struct context *c, double t, double *a, struct ad_error *error)
 {
     const size_t dof = c->system->dof;
-    memset(c->rows + 2 * dof, 0, 2 * dof * sizeof *c->rows);
-    if (phys_motion_series(c->series, 1, t, c->rows, error) == AD_OK)
+    if (phys_motion_series(c->series, 1, t, c->rows, NULL, error) == AD_OK)
         memcpy(a, c->rows + 3 * dof, dof * sizeof *a);
     return error->status;
 }
@@ -64,14 +63,14 @@ static enum ad_status kick(void *context, double t, const double *q, double *rat
     return error->status;
 }
 
-static enum ad_status series(void *context, size_t order, double t, double *c,
+static enum ad_status series(void *context, size_t order, double t, double *c, const double *cut,
                              struct ad_error *error)
 {
     struct context *x = context;
     if (!x->series &&
         phys_motion_series_new(x->motion, PHYS_SERIES_MOST, 0, &x->series, error) != AD_OK)
         return error->status;
-    return phys_motion_series(x->series, order, t, c, error);
+    return phys_motion_series(x->series, order, t, c, cut, error);
 }
 
 struct phys_motion_series *phys_ode_motion_series(const struct phys_ode *ode)

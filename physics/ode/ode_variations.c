@@ -13,11 +13,11 @@ struct context {
     double *rows; /* [2][n] */
 };
 
-static enum ad_status series(void *context, size_t order, double t, double *c,
+static enum ad_status series(void *context, size_t order, double t, double *c, const double *cut,
                              struct ad_error *error)
 {
     const struct context *x = context;
-    return phys_motion_series(x->series, order, t, c, error);
+    return phys_motion_series(x->series, order, t, c, cut, error);
 }
 
 /* The first coefficient. */
@@ -26,8 +26,7 @@ static enum ad_status field(void *context, double t, const double *y, double *ra
 {
     const struct context *x = context;
     memcpy(x->rows, y, x->n * sizeof *y);
-    memset(x->rows + x->n, 0, x->n * sizeof *y);
-    if (phys_motion_series(x->series, 1, t, x->rows, error) == AD_OK)
+    if (phys_motion_series(x->series, 1, t, x->rows, NULL, error) == AD_OK)
         memcpy(rate, x->rows + x->n, x->n * sizeof *rate);
     return error->status;
 }
