@@ -54,20 +54,20 @@ static bool exchange(void *context, size_t to, const void *sent, size_t from, vo
 {
     struct member *m = context;
     struct team *t = m->team;
-    struct box *out = &t->box[m->ranks.rank * t->count + to];
-    struct box *in = &t->box[from * t->count + m->ranks.rank];
+    struct box *out = to == AD_NO_RANK ? NULL : &t->box[m->ranks.rank * t->count + to];
+    struct box *in = from == AD_NO_RANK ? NULL : &t->box[from * t->count + m->ranks.rank];
     pthread_mutex_lock(&t->mutex);
-    if (to != AD_NO_RANK)
+    if (out)
         out->data = sent;
     pthread_cond_broadcast(&t->changed);
-    if (from != AD_NO_RANK) {
+    if (in) {
         while (!in->data)
             pthread_cond_wait(&t->changed, &t->mutex);
         memcpy(received, in->data, bytes);
         in->data = NULL;
         pthread_cond_broadcast(&t->changed);
     }
-    while (to != AD_NO_RANK && out->data)
+    while (out && out->data)
         pthread_cond_wait(&t->changed, &t->mutex);
     pthread_mutex_unlock(&t->mutex);
     return true;

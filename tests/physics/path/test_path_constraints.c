@@ -141,7 +141,8 @@ static void a_rod_is_an_angle(void **state)
     enum { SLICES = 81 };
     const double T = 2, ends[] = {2, 1};
     const struct phys_scene scene = constrained_scene("rod", 2, falls, tilted, sphere, 1, one);
-    struct phys_scene pendulum = *system_opened("pendulum").scene;
+    struct phys_system opened = system_opened("pendulum");
+    const struct phys_scene pendulum = *opened.scene;
     struct run a = run_of(&scene, "gauss6", SLICES, T, ends, ends),
                b = run_of(&pendulum, "gauss6", SLICES, T, ends, ends);
     struct ad_error error = {0};
@@ -178,6 +179,7 @@ static void a_rod_is_an_angle(void **state)
     assert_close(a.found.spectrum.second_variation, b.found.spectrum.second_variation, 1e-3, 0);
     end(&a);
     end(&b);
+    phys_system_close(&opened);
 }
 
 /* ---- geodesics ---- */
