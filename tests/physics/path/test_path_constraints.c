@@ -354,6 +354,61 @@ static void a_closed_linkage(void **state)
     phys_system_close(&system);
 }
 
+/* ---- element matrices in another order than the coordinates ---- */
+
+enum { LINKS = 6 };
+static const uint32_t *along; /* the coordinates along the chain */
+
+static ad_var chained(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    ad_var apart =
+        ad_sub(ad_gather_rows(q, LINKS - 1, along + 1), ad_gather_rows(q, LINKS - 1, along));
+    (void)t, (void)params;
+    return ad_sub(ad_mul(0.5, ad_sum_rows(ad_square(v))), ad_sum_rows(ad_cosh(ad_mul(2.0, apart))));
+}
+
+static ad_var centred(ad_var q, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_add(ad_sum_rows(q), ad_mul(0.1, ad_sum_rows(ad_mul(q, ad_mul(q, q)))));
+}
+
+static enum ad_status at_rest(const void *params, uint64_t seed, double *q, double *v,
+                              struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    for (size_t k = 0; k < LINKS; k++)
+        q[k] = v[k] = 0;
+    return AD_OK;
+}
+
+/* A chain whose coordinates are numbered in turn, and as they come. */
+static void numbers_of_coordinates_do_not_matter(void **state)
+{
+    (void)state;
+    static const uint32_t orders[2][LINKS] = {{0, 1, 2, 3, 4, 5}, {0, 3, 1, 4, 2, 5}};
+    const struct phys_scene chain =
+        constrained_scene("chain", LINKS, chained, at_rest, centred, 1, one);
+    enum { SLICES = 15 };
+    struct run r[2];
+    for (size_t k = 0; k < 2; k++) {
+        double ends[2][LINKS] = {{0}};
+        along = orders[k];
+        for (size_t i = 0; i < LINKS; i++)
+            ends[1][along[i]] = i < 3 ? 0.1 * (double)(i + 1) : -0.1 * (double)(LINKS - i);
+        r[k] = run_of(&chain, "gauss3", SLICES, 1.3, ends[0], ends[1]);
+        found(&r[k]);
+    }
+    assert_true(r[0].found.spectrum.index > 0);
+    assert_int_equal(r[0].found.spectrum.index, r[1].found.spectrum.index);
+    assert_in_range(r[1].found.info.steps, 1, r[0].found.info.steps + 1);
+    for (size_t i = 0; i < LINKS; i++)
+        for (size_t s = 0; s < SLICES; s++)
+            assert_close(r[0].path[i * SLICES + s], r[1].path[orders[1][i] * SLICES + s], 0, 1e-10);
+    end(&r[0]);
+    end(&r[1]);
+}
+
 /* ---- what is refused ---- */
 
 static void refused(const struct phys_scene *scene, const double *q0, const double *q1,
@@ -421,9 +476,13 @@ static void what_cannot_be_is_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_rod_is_an_angle),          cmocka_unit_test(great_circles),
-        cmocka_unit_test(a_geodesic_of_an_ellipsoid), cmocka_unit_test(rules_keep_their_orders),
-        cmocka_unit_test(a_closed_linkage),           cmocka_unit_test(what_cannot_be_is_refused),
+        cmocka_unit_test(a_rod_is_an_angle),
+        cmocka_unit_test(great_circles),
+        cmocka_unit_test(a_geodesic_of_an_ellipsoid),
+        cmocka_unit_test(rules_keep_their_orders),
+        cmocka_unit_test(a_closed_linkage),
+        cmocka_unit_test(what_cannot_be_is_refused),
+        cmocka_unit_test(numbers_of_coordinates_do_not_matter),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
