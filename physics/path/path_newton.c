@@ -164,6 +164,7 @@ static void find_step(struct phys_newton *s)
     }
     phys_surface_to(s->path.surface, s->gradient, s->tangent);
     phys_newton_system_step(&s->band, s->tangent, s->gradient);
+    memset(s->step, 0, s->path.n * sizeof *s->step); /* also where there are no nodes */
     phys_surface_from(s->path.surface, s->gradient, s->step);
 }
 
