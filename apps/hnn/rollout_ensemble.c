@@ -3,7 +3,7 @@
 #include "autodiff/free.h"
 #include "apps/interrupt.h"
 #include "apps/output/figure.h"
-#include "apps/output/spread.h"
+#include "apps/spread.h"
 #include "physics/io/fields.h"
 #include "rollout.h"
 
@@ -197,7 +197,7 @@ static void report_ensemble(const void *context, struct report *report)
             continue;
         report_item(report, "spread");
         report_text(report, "number", "over models", rows[r].key);
-        spread_report(report, "models", NULL, &spread);
+        report_spread(report, "models", NULL, &spread);
     }
     report_item(report, NULL);
 }

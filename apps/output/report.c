@@ -154,3 +154,13 @@ size_t report_array_end(const struct report *report, size_t k)
         k++;
     return k;
 }
+
+void report_spread(struct report *report, const char *counted, const char *unit,
+                   const struct spread *spread)
+{
+    report_count(report, counted, counted, spread->n);
+    report_number(report, "mean", "mean", unit, spread->mean);
+    report_number(report, "deviation", "deviation", unit, spread->deviation);
+    report_number(report, "least", "least", unit, spread->least);
+    report_number(report, "most", "most", unit, spread->most);
+}

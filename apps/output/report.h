@@ -15,6 +15,7 @@
 #define APPS_OUTPUT_REPORT_H
 
 #include "apps/options.h"
+#include "apps/spread.h"
 #include "physics/io/hdf5_file.h"
 
 #include <stdbool.h>
@@ -56,6 +57,10 @@ void report_line(struct report *report, const char *format, ...)
 /* Begins the next object of an array; NULL: back to the run itself. In the text an array is a table
    under the labels of its first object, if these have any. */
 void report_item(struct report *report, const char *array);
+
+/* Rows of an item of the array "spread": how many are `counted`, mean, deviation, least, most. */
+void report_spread(struct report *report, const char *counted, const char *unit,
+                   const struct spread *spread);
 
 enum ad_status report_print(const struct report *report, FILE *out, struct ad_error *error);
 enum ad_status report_json(const struct report *report, FILE *out, struct ad_error *error);

@@ -1,8 +1,9 @@
 /* Inside of scans (scan.h): what is scanned (scan_axes.c), running (scan.c), the table
-   (scan_table.c). */
+   (scan_table.c) and its picture (scan_picture.c). */
 #ifndef APPS_OUTPUT_SCAN_PARTS_H
 #define APPS_OUTPUT_SCAN_PARTS_H
 
+#include "apps/spread.h"
 #include "outputs.h"
 #include "scan.h"
 
@@ -76,6 +77,13 @@ size_t scan_place(const struct scan *scan, size_t axis, size_t run);
 double scan_value(const struct scan *scan, size_t axis, size_t run);
 /* The word, NULL for a number. */
 const char *scan_word(const struct scan *scan, size_t axis, size_t run);
+/* The scene, or another argument. */
+const char *scan_subject(const struct scan *scan);
+/* Whether the last axis is that of seeds; then the spread of a number over those of a point. */
+bool scan_over_seeds(const struct scan *scan);
+struct spread scan_spread(const struct scan *scan, const struct result_column *column,
+                          size_t point);
+enum ad_status scan_draw(const void *scan, struct plot *plot, struct ad_error *error);
 /* The outputs of the table. */
 extern const struct output_kind scan_outputs;
 

@@ -8,7 +8,7 @@
 
 enum { MOST_FAILURES = 12 };
 
-static void report_spread(const struct phys_ensemble *e, struct report *report)
+static void report_final_spread(const struct phys_ensemble *e, struct report *report)
 {
     static const char *const keys[PHYS_ENSEMBLE_QUANTILES] = {"q05", "q25", "q50", "q75", "q95"};
     static const char *const labels[PHYS_ENSEMBLE_QUANTILES] = {"5 %", NULL, "median", NULL,
@@ -128,7 +128,7 @@ void simulate_ensemble_report(const void *context, struct report *report)
     report->passing = false;
     report_errors(r, report);
     simulate_section_report(r->run, report);
-    report_spread(e, report);
+    report_final_spread(e, report);
     report_members(e, report);
     for (size_t i = 0; i < e->n && shown < MOST_FAILURES; i++)
         if (e->member[i].failure.status != AD_OK && ++shown)

@@ -2,8 +2,8 @@
 #include "autodiff/free.h"
 #include "exchange.h"
 #include "internal.h"
+#include "maps.h"
 #include "physics/io/names.h"
-#include "safetensors.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -208,131 +208,6 @@ static enum ad_status read_settings(const struct hnn_tensors *t, struct hnn_sett
     return s->activation ? read_widths(t, s, error) : refuse_text(t, "activation", error);
 }
 
-/* ---- reading: files of others ---- */
-
-/* Tensors of the maps of a perceptron; their biases may be NULL. */
-struct maps {
-    size_t n;
-    const struct hnn_tensor *weight[HNN_LAYERS_MOST], *bias[HNN_LAYERS_MOST];
-};
-
-/* By the numbers in names, then by the rest: linear10 behind linear9. */
-static int by_name(const char *a, const char *b)
-{
-    while (*a && *b) {
-        if (isdigit((unsigned char)*a) && isdigit((unsigned char)*b)) {
-            char *end_a, *end_b;
-            const unsigned long long x = strtoull(a, &end_a, 10), y = strtoull(b, &end_b, 10);
-            if (x != y)
-                return x < y ? -1 : 1;
-            a = end_a;
-            b = end_b;
-        } else if (*a != *b) {
-            break;
-        } else {
-            a++;
-            b++;
-        }
-    }
-    return (unsigned char)*a - (unsigned char)*b;
-}
-
-static int by_weight(const void *a, const void *b)
-{
-    const struct hnn_tensor *const *s = a, *const *t = b;
-    return by_name((*s)->name, (*t)->name);
-}
-
-static bool ends_in(const char *name, const char *end)
-{
-    const size_t n = strlen(name), m = strlen(end);
-    return n >= m && strcmp(name + n - m, end) == 0;
-}
-
-static const struct hnn_tensor *bias_of(const struct hnn_tensors *t,
-                                        const struct hnn_tensor *weight)
-{
-    const size_t stem = strlen(weight->name) - strlen("weight");
-    for (size_t k = 0; k < t->n; k++)
-        if (strlen(t->tensor[k].name) == stem + strlen("bias") &&
-            strncmp(t->tensor[k].name, weight->name, stem) == 0 &&
-            strcmp(t->tensor[k].name + stem, "bias") == 0)
-            return &t->tensor[k];
-    return NULL;
-}
-
-static enum ad_status find_maps(const struct hnn_tensors *t, struct maps *m, struct ad_error *error)
-{
-    size_t biases = 0;
-    *m = (struct maps){0};
-    for (size_t k = 0; k < t->n; k++)
-        if (ends_in(t->tensor[k].name, "weight") && t->tensor[k].rank == 2) {
-            if (m->n == HNN_LAYERS_MOST)
-                return ad_fail(error, AD_E_INPUT, "%s: over %d maps", t->file, HNN_LAYERS_MOST);
-            m->weight[m->n++] = &t->tensor[k];
-        }
-    if (m->n)
-        qsort(m->weight, m->n, sizeof m->weight[0], by_weight);
-    for (size_t k = 0; k < m->n; k++) {
-        const struct hnn_tensor *w = m->weight[k], *b = m->bias[k] = bias_of(t, w);
-        biases += b != NULL;
-        if (k && w->dims[1] != m->weight[k - 1]->dims[0])
-            return ad_fail(
-                error, AD_E_INPUT, "%s: '%.80s' has %zu columns, expected %zu, the rows of '%.80s'",
-                t->file, w->name, w->dims[1], m->weight[k - 1]->dims[0], m->weight[k - 1]->name);
-        if (b && (b->rank != 1 || b->dims[0] != w->dims[0]))
-            return ad_fail(error, AD_E_INPUT, "%s: '%.80s' has another shape, expected [%zu]",
-                           t->file, b->name, w->dims[0]);
-    }
-    for (size_t k = 0; k < t->n && m->n + biases < t->n; k++) {
-        bool known = false;
-        for (size_t i = 0; i < m->n; i++)
-            known = known || m->weight[i] == &t->tensor[k] || m->bias[i] == &t->tensor[k];
-        if (!known)
-            return ad_fail(error, AD_E_INPUT,
-                           "%s: '%.80s' is neither X.weight [out x in] nor X.bias [out] of a "
-                           "perceptron; expected these alone",
-                           t->file, t->tensor[k].name);
-    }
-    return m->n ? AD_OK : ad_fail(error, AD_E_INPUT, "%s: has no X.weight [out x in]", t->file);
-}
-
-/* Outputs of a network of these settings, and which of the file's they are: published networks of H
-   have two, F and H, whatever their field. */
-static size_t outputs_of(const struct hnn_settings *s, size_t given, size_t *first)
-{
-    const bool H = s->kind == HNN_HAMILTONIAN;
-    *first = H && given == 2 && s->field == HNN_SYMPLECTIC;
-    return s->kind == HNN_BASELINE ? 2 * s->dof : H && (given == 2 || s->field == HNN_BOTH) ? 2 : 1;
-}
-
-static enum ad_status infer_settings(const struct hnn_tensors *t, const struct maps *m,
-                                     const struct hnn_settings *assumed, struct hnn_settings *s,
-                                     struct ad_error *error)
-{
-    const size_t inputs = m->weight[0]->dims[1], outputs = m->weight[m->n - 1]->dims[0];
-    size_t first;
-    *s = *assumed;
-    s->dof = inputs / 2;
-    s->layers = m->n;
-    s->precision = AD_F32;
-    for (size_t k = 0; k < t->n; k++)
-        if (t->tensor[k].dtype && strcmp(t->tensor[k].dtype, "F64") == 0)
-            s->precision = AD_F64;
-    for (size_t k = 0; k + 1 < m->n; k++)
-        s->hidden[k] = m->weight[k]->dims[0];
-    if (inputs == 0 || inputs % 2)
-        return ad_fail(error, AD_E_INPUT,
-                       "%s: '%.80s' has %zu columns; expected an even number, coordinates and as "
-                       "many momenta or velocities",
-                       t->file, m->weight[0]->name, inputs);
-    if (outputs != outputs_of(s, outputs, &first))
-        return ad_fail(error, AD_E_INPUT, "%s: '%.80s' has %zu rows; expected %zu of model %s%s",
-                       t->file, m->weight[m->n - 1]->name, outputs, outputs_of(s, outputs, &first),
-                       hnn_kinds[s->kind], s->kind == HNN_BASELINE ? "" : "; try --model baseline");
-    return AD_OK;
-}
-
 static enum ad_status read_finite(const struct hnn_tensors *t, const struct hnn_tensor *from,
                                   size_t first, size_t n, double *values, struct ad_error *error)
 {
@@ -345,7 +220,7 @@ static enum ad_status read_finite(const struct hnn_tensors *t, const struct hnn_
 }
 
 /* The last map of ours has no bias. */
-static enum ad_status check_last(const struct hnn_tensors *t, const struct maps *m,
+static enum ad_status check_last(const struct hnn_tensors *t, const struct hnn_maps *m,
                                  const hnn_model *model, struct hnn_exchange *exchange,
                                  struct ad_error *error)
 {
@@ -368,7 +243,7 @@ static enum ad_status check_last(const struct hnn_tensors *t, const struct maps 
 /* ---- reading: parameters ---- */
 
 /* The tensor of block k, of which rows from *first on are the block's. */
-static const struct hnn_tensor *tensor_of(const struct hnn_tensors *t, const struct maps *m,
+static const struct hnn_tensor *tensor_of(const struct hnn_tensors *t, const struct hnn_maps *m,
                                           const hnn_model *model, size_t k, size_t *first)
 {
     const struct hnn_block *b = &model->block[k];
@@ -376,7 +251,7 @@ static const struct hnn_tensor *tensor_of(const struct hnn_tensors *t, const str
     if (!m->n)
         return hnn_tensor_find(t, b->name);
     if (k / 2 + 1 == m->n)
-        outputs_of(&model->settings, m->weight[k / 2]->dims[0], first);
+        hnn_maps_outputs(&model->settings, m->weight[k / 2]->dims[0], first);
     return b->bias ? m->bias[k / 2] : m->weight[k / 2];
 }
 
@@ -387,7 +262,7 @@ static bool fits(const struct hnn_tensor *t, const struct hnn_block *b, size_t f
            (some ? t->dims[0] >= first + b->rows : t->dims[0] == b->rows);
 }
 
-static enum ad_status read_blocks(const struct hnn_tensors *t, const struct maps *m,
+static enum ad_status read_blocks(const struct hnn_tensors *t, const struct hnn_maps *m,
                                   hnn_model *model, struct ad_error *error)
 {
     size_t first;
@@ -454,14 +329,14 @@ static enum ad_status build(const struct hnn_tensors *t, const struct hnn_settin
                             struct ad_error *error)
 {
     struct hnn_settings settings;
-    struct maps maps = {0};
+    struct hnn_maps maps = {0};
     struct ad_error why = {0};
     const char *ours = hnn_metadata_find(t, "format");
     exchange->own = ours && strcmp(ours, format) == 0;
     if (exchange->own)
         read_settings(t, &settings, error);
-    else if (find_maps(t, &maps, error) == AD_OK)
-        infer_settings(t, &maps, assumed, &settings, error);
+    else if (hnn_maps_find(t, &maps, error) == AD_OK)
+        hnn_maps_settings(t, &maps, assumed, &settings, error);
     if (error->status != AD_OK)
         return error->status;
     if (hnn_model_blank(&settings, model, &why) != AD_OK)

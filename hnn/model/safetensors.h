@@ -33,6 +33,9 @@ struct hnn_tensors {
 enum ad_status hnn_tensors_read(const char *file, struct hnn_tensors *tensors,
                                 struct ad_error *error);
 void hnn_tensors_free(struct hnn_tensors *tensors);
+/* Adds what the header says to an empty one; for safetensors.c only. */
+enum ad_status hnn_tensors_header(struct hnn_tensors *tensors, const char *header, size_t length,
+                                  struct ad_error *error);
 /* NULL: none of that name. */
 const struct hnn_tensor *hnn_tensor_find(const struct hnn_tensors *tensors, const char *name);
 const char *hnn_metadata_find(const struct hnn_tensors *tensors, const char *key);

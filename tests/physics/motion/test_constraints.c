@@ -7,38 +7,14 @@
 #include <math.h>
 #include <stdlib.h>
 
-static const double g0 = 9.81;
-
 static const char *const one[] = {"rod"}, *const four_bars[] = {"crank", "coupler", "rocker"};
 
 /* ---- a pendulum in x and y ---- */
 
-static ad_var falls(ad_var q, ad_var v, ad_var t, const void *params)
-{
-    (void)t, (void)params;
-    return ad_sub(ad_mul(0.5, ad_sum_rows(ad_square(v))), ad_mul(g0, ad_row(q, ad_rows(q) - 1)));
-}
-
-static ad_var on_a_sphere(ad_var q, ad_var t, const void *params)
-{
-    (void)t, (void)params;
-    return ad_mul(0.5, ad_sub(ad_sum_rows(ad_square(q)), 1.0));
-}
-
-static enum ad_status tilted(const void *params, uint64_t seed, double *q, double *v,
-                             struct ad_error *error)
-{
-    (void)params, (void)seed, (void)error;
-    q[0] = sin(2.0);
-    q[1] = -cos(2.0);
-    v[0] = -q[1] * 0.7;
-    v[1] = q[0] * 0.7;
-    return AD_OK;
-}
-
 static struct phys_scene rod_scene(void)
 {
-    return constrained_scene("rod", 2, falls, tilted, on_a_sphere, 1, one);
+    return constrained_scene("rod", 2, constrained_falls, constrained_tilted, constrained_sphere, 1,
+                             one);
 }
 
 static void a_rod_swings_as_an_angle(void **state)
@@ -47,7 +23,7 @@ static void a_rod_swings_as_an_angle(void **state)
     const struct phys_scene scene = rod_scene();
     struct phys_system rod = constrained_system(&scene), angle = system_opened("pendulum");
     system_set(&angle, "l", 1);
-    system_set(&angle, "g", g0);
+    system_set(&angle, "g", constrained_g);
     system_set(&angle, "theta0", 2);
     system_set(&angle, "rate0", 0.7);
     struct phys_motion_solution a = constrained_motion(&rod, NULL, 0, 2e-11, 5),
@@ -60,7 +36,8 @@ static void a_rod_swings_as_an_angle(void **state)
     assert_true(off[0] < 1e-10 && off[1] < 1e-9);
     for (size_t i = 0; i < a.n; i++) {
         const double *x = a.x + 4 * i, theta = b.x[2 * i], rate = b.x[2 * i + 1];
-        const double pull = -(rate * rate + g0 * cos(theta)); /* along r, with its sign */
+        const double pull =
+            -(rate * rate + constrained_g * cos(theta)); /* along r, with its sign */
         assert_close(x[0], sin(theta), 0, 1e-10);
         assert_close(x[1], -cos(theta), 0, 1e-10);
         assert_close(x[2], rate * cos(theta), 0, 1e-9);
@@ -79,7 +56,7 @@ static ad_var polar(ad_var q, ad_var v, ad_var t, const void *params)
     ad_var r = ad_row(q, 0), turn = ad_mul(r, ad_row(v, 1));
     (void)t, (void)params;
     ad_var T = ad_mul(0.5, ad_add(ad_square(ad_row(v, 0)), ad_square(turn)));
-    return ad_add(T, ad_mul(g0, ad_mul(r, ad_cos(ad_row(q, 1)))));
+    return ad_add(T, ad_mul(constrained_g, ad_mul(r, ad_cos(ad_row(q, 1)))));
 }
 
 static ad_var unit_length(ad_var q, ad_var t, const void *params)
@@ -113,7 +90,8 @@ static void masses_may_vary(void **state)
     phys_motion_reactions(&a, force, off, &error);
     for (size_t i = 0; i < a.n; i++) {
         assert_close(sin(a.x[4 * i + 1]), b.x[4 * i], 0, 1e-10);
-        assert_close(force[2 * i], -(pow(a.x[4 * i + 3], 2) + g0 * cos(a.x[4 * i + 1])), 0, 1e-9);
+        assert_close(force[2 * i], -(pow(a.x[4 * i + 3], 2) + constrained_g * cos(a.x[4 * i + 1])),
+                     0, 1e-9);
         assert_close(force[2 * i + 1], 0, 0, 1e-12);
     }
     phys_motion_solution_free(&a);
@@ -134,7 +112,7 @@ static enum ad_status conical(const void *params, uint64_t seed, double *q, doub
     q[0] = 0.6;
     q[2] = -0.8;
     q[1] = v[0] = v[2] = 0;
-    v[1] = 0.6 * sqrt(g0 / 0.8);
+    v[1] = 0.6 * sqrt(constrained_g / 0.8);
     return AD_OK;
 }
 
@@ -150,10 +128,11 @@ static void a_bead_on_a_sphere(void **state)
 {
     (void)state;
     static const char *const sphere[] = {"sphere"};
-    struct phys_scene scene = constrained_scene("cone", 3, falls, conical, on_a_sphere, 1, sphere);
+    struct phys_scene scene =
+        constrained_scene("cone", 3, constrained_falls, conical, constrained_sphere, 1, sphere);
     struct phys_system system = constrained_system(&scene);
     struct phys_motion_solution m = constrained_motion(&system, NULL, 0, 2e-11, 4);
-    const double w = sqrt(g0 / 0.8);
+    const double w = sqrt(constrained_g / 0.8);
     for (size_t i = 0; i < m.n; i++) {
         assert_close(m.x[6 * i], 0.6 * cos(w * m.t[i]), 0, 1e-10);
         assert_close(m.x[6 * i + 1], 0.6 * sin(w * m.t[i]), 0, 1e-10);
@@ -165,12 +144,12 @@ static void a_bead_on_a_sphere(void **state)
     scene.start = thrown; /* the height is between the roots of a cubic; L_z is kept */
     system = constrained_system(&scene);
     m = constrained_motion(&system, NULL, 0, 2e-11, 10);
-    const double L = 0.6 * 1.3, E = 0.5 * 1.3 * 1.3 - 0.8 * g0;
+    const double L = 0.6 * 1.3, E = 0.5 * 1.3 * 1.3 - 0.8 * constrained_g;
     double least = 0;
     for (size_t i = 0; i < m.n; i++) {
         const double *x = m.x + 6 * i, z = x[2];
         assert_close(x[0] * x[4] - x[1] * x[3], L, 1e-10, 0);
-        assert_close(x[5] * x[5], 2 * (E - g0 * z) * (1 - z * z) - L * L, 0, 1e-9);
+        assert_close(x[5] * x[5], 2 * (E - constrained_g * z) * (1 - z * z) - L * L, 0, 1e-9);
         least = fmin(least, z);
     }
     assert_true(least < -0.85);
@@ -179,17 +158,12 @@ static void a_bead_on_a_sphere(void **state)
     phys_system_close(&system);
 }
 
-static ad_var coasts(ad_var q, ad_var v, ad_var t, const void *params)
-{
-    (void)q, (void)t, (void)params;
-    return ad_mul(0.5, ad_sum_rows(ad_square(v)));
-}
-
 /* L alone would keep momenta that the sphere changes; the angular momentum is kept. */
 static void what_constraints_change_is_not_called_conserved(void **state)
 {
     (void)state;
-    struct phys_scene scene = constrained_scene("free", 3, coasts, thrown, on_a_sphere, 1, one);
+    struct phys_scene scene =
+        constrained_scene("free", 3, constrained_coasts, thrown, constrained_sphere, 1, one);
     struct phys_system system = constrained_system(&scene);
     struct phys_motion_solution m = constrained_motion(&system, NULL, 0, 1e-10, 4);
     bool cyclic[3];
@@ -204,14 +178,6 @@ static void what_constraints_change_is_not_called_conserved(void **state)
 }
 
 /* ---- constraints that move ---- */
-
-/* A bead on a straight wire that turns at the rate 2 in a plane without gravity: r = cosh 2t. */
-static ad_var wire(ad_var q, ad_var t, const void *params)
-{
-    ad_var turn = ad_mul(2.0, t);
-    (void)params;
-    return ad_sub(ad_mul(ad_row(q, 1), ad_cos(turn)), ad_mul(ad_row(q, 0), ad_sin(turn)));
-}
 
 static enum ad_status on_the_wire(const void *params, uint64_t seed, double *q, double *v,
                                   struct ad_error *error)
@@ -228,7 +194,8 @@ static void accelerations_are_the_closed_form(void **state)
 {
     (void)state;
     const struct phys_scene scene =
-        constrained_scene("wire", 2, coasts, on_the_wire, wire, 1, (const char *const[]){"wire"});
+        constrained_scene("wire", 2, constrained_coasts, on_the_wire, constrained_wire, 1,
+                          (const char *const[]){"wire"});
     struct phys_system system = constrained_system(&scene);
     struct ad_error error = {0};
     phys_motion *motion;
@@ -248,7 +215,8 @@ static void a_wire_that_turns(void **state)
     (void)state;
     static const char *const methods[] = {NULL, "rattle"};
     const struct phys_scene scene =
-        constrained_scene("wire", 2, coasts, on_the_wire, wire, 1, (const char *const[]){"wire"});
+        constrained_scene("wire", 2, constrained_coasts, on_the_wire, constrained_wire, 1,
+                          (const char *const[]){"wire"});
     struct phys_system system = constrained_system(&scene);
     for (size_t k = 0; k < LENGTH(methods); k++) {
         struct phys_motion_solution m = constrained_motion(
@@ -272,69 +240,22 @@ static void a_wire_that_turns(void **state)
 
 /* ---- a closed linkage ---- */
 
-/* Bars of 1, 2.5 and 2 from (0, 0) by the joints A and B to (3, 0). */
-static ad_var bars(ad_var q, ad_var t, const void *params)
-{
-    ad_var x = ad_row(q, 0), y = ad_row(q, 1), u = ad_row(q, 2), w = ad_row(q, 3);
-    (void)t, (void)params;
-    return ad_concat_rows(
-        3, (ad_var[]){
-               ad_sub(ad_add(ad_square(x), ad_square(y)), 1.0),
-               ad_sub(ad_add(ad_square(ad_sub(u, x)), ad_square(ad_sub(w, y))), 6.25),
-               ad_sub(ad_add(ad_square(ad_sub(u, 3.0)), ad_square(w)), 4.0),
-           });
-}
-
-/* B of an angle of the crank: the upper point where two circles meet. */
-static void joint(double angle, double *B)
-{
-    const double ax = cos(angle), ay = sin(angle), dx = 3 - ax, dy = -ay, d = hypot(dx, dy),
-                 along = (6.25 - 4 + d * d) / (2 * d), up = sqrt(6.25 - along * along);
-    B[0] = ax + (along * dx - up * dy) / d;
-    B[1] = ay + (along * dy + up * dx) / d;
-}
-
-/* B and its change with the angle. */
-static void joint_slope(double angle, double *B, double *slope)
-{
-    const double ax = cos(angle), ay = sin(angle);
-    joint(angle, B);
-    const double a = B[0] - ax, b = B[1] - ay, c = B[0] - 3, e = B[1];
-    const double right = -a * ay + b * ax; /* (B - A) A' = (B - A) B', (B - C) B' = 0 */
-    slope[0] = right * e / (a * e - b * c);
-    slope[1] = -right * c / (a * e - b * c);
-}
-
-static enum ad_status cranked(const void *params, uint64_t seed, double *q, double *v,
-                              struct ad_error *error)
-{
-    (void)params, (void)seed, (void)error;
-    q[0] = cos(1.0);
-    q[1] = sin(1.0);
-    joint_slope(1, q + 2, v + 2);
-    v[0] = -3 * q[1];
-    v[1] = 3 * q[0];
-    v[2] *= 3;
-    v[3] *= 3;
-    return AD_OK;
-}
-
 /* Of one freedom, the angle: its rate is that of the energy, its change the integral of the rate.
  */
 static void a_closed_linkage(void **state)
 {
     (void)state;
-    const struct phys_scene scene =
-        constrained_scene("linkage", 4, coasts, cranked, bars, 3, four_bars);
+    const struct phys_scene scene = constrained_scene(
+        "linkage", 4, constrained_coasts, constrained_cranked, constrained_bars, 3, four_bars);
     struct phys_system system = constrained_system(&scene);
     struct phys_motion_solution m = constrained_motion(&system, NULL, 0, 1e-10, 3);
     double B[2], slope[2], turned = 0, last = 1, sum = 0, before = 0;
-    joint_slope(1, B, slope);
+    constrained_joint(1, B, slope);
     const double E = 9 * (1 + slope[0] * slope[0] + slope[1] * slope[1]);
     assert_true(m.error < 1e-10);
     for (size_t i = 0; i < m.n; i++) {
         const double *x = m.x + 8 * i, angle = atan2(x[1], x[0]);
-        joint_slope(angle, B, slope);
+        constrained_joint(angle, B, slope);
         const double weight = 1 + slope[0] * slope[0] + slope[1] * slope[1],
                      rate = sqrt(E / weight);
         assert_close(x[2], B[0], 0, 1e-9);

@@ -6,12 +6,6 @@
 
 #include <math.h>
 
-static ad_var coasts(ad_var q, ad_var v, ad_var t, const void *params)
-{
-    (void)q, (void)t, (void)params;
-    return ad_mul(0.5, ad_sum_rows(ad_square(v)));
-}
-
 static ad_var circle(ad_var q, double square) { return ad_sub(ad_sum_rows(ad_square(q)), square); }
 
 static ad_var rod(ad_var q, ad_var t, const void *params)
@@ -109,7 +103,7 @@ static const char *const names[] = {"first", "second", "third"};
 
 static struct phys_scene scene_with(phys_constraint *g, size_t n)
 {
-    return constrained_scene("bound", 3, coasts, start, g, n, names);
+    return constrained_scene("bound", 3, constrained_coasts, start, g, n, names);
 }
 
 static void dependent_constraints_are_named(void **state)
@@ -132,7 +126,7 @@ static void dependent_constraints_are_named(void **state)
         assert_int_equal(constrained_refused(&scene, "rattle", &error), AD_E_ARGUMENT);
     }
     struct phys_scene scene =
-        constrained_scene("slider", 3, coasts, start_slider, slider, 3, names);
+        constrained_scene("slider", 3, constrained_coasts, start_slider, slider, 3, names);
     assert_int_not_equal(constrained_refused(&scene, NULL, &error), AD_OK); /* t = 0.8 */
     assert_mentions(error.message, "0.79*");
     assert_int_not_equal(constrained_refused(&scene, "rattle", &error), AD_OK);
@@ -254,14 +248,16 @@ static enum ad_status spins(const void *params, uint64_t seed, double *q, double
 static void steps_over_singular_places_are_refused(void **state)
 {
     static const char *const methods[] = {NULL, "rk4", "rattle"};
-    struct phys_scene scene = constrained_scene("axes", 3, coasts, on_an_axis, axes, 1, names);
+    struct phys_scene scene =
+        constrained_scene("axes", 3, constrained_coasts, on_an_axis, axes, 1, names);
     struct ad_error error;
     (void)state;
     for (size_t k = 0; k < LENGTH(methods); k++) {
         assert_int_not_equal(constrained_refused(&scene, methods[k], &error), AD_OK);
         assert_mentions(error.message, "axes independent first");
     }
-    const struct phys_scene wheel = constrained_scene("wheel", 3, coasts, spins, rod, 1, names);
+    const struct phys_scene wheel =
+        constrained_scene("wheel", 3, constrained_coasts, spins, rod, 1, names);
     struct phys_system system = constrained_system(&wheel);
     error = (struct ad_error){0};
     const struct phys_motion_settings how = {.size = sizeof how,
@@ -296,7 +292,8 @@ static void names_of_observables_are_their_own(void **state)
     scene.n_params = 1;
     scene.params_bytes = sizeof(double);
     for (size_t k = 0; k < LENGTH(cases); k++) {
-        const struct phys_observable table[] = {{"L_z", "", coasts}, {cases[k].name, "", coasts}};
+        const struct phys_observable table[] = {{"L_z", "", constrained_coasts},
+                                                {cases[k].name, "", constrained_coasts}};
         struct phys_system system;
         struct ad_error error = {0};
         scene.observables = table;

@@ -8,28 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double g0 = 9.81;
-
 static const char *const one[] = {"surface"}, *const two[] = {"first", "second"},
                          *const three[] = {"crank", "coupler", "rocker"};
-
-static ad_var falls(ad_var q, ad_var v, ad_var t, const void *params)
-{
-    (void)t, (void)params;
-    return ad_sub(ad_mul(0.5, ad_sum_rows(ad_square(v))), ad_mul(g0, ad_row(q, ad_rows(q) - 1)));
-}
-
-static ad_var coasts(ad_var q, ad_var v, ad_var t, const void *params)
-{
-    (void)q, (void)t, (void)params;
-    return ad_mul(0.5, ad_sum_rows(ad_square(v)));
-}
-
-static ad_var sphere(ad_var q, ad_var t, const void *params)
-{
-    (void)t, (void)params;
-    return ad_mul(0.5, ad_sub(ad_sum_rows(ad_square(q)), 1.0));
-}
 
 static ad_var ellipsoid(ad_var q, ad_var t, const void *params)
 {
@@ -40,40 +20,8 @@ static ad_var ellipsoid(ad_var q, ad_var t, const void *params)
 
 static ad_var twice(ad_var q, ad_var t, const void *params)
 {
-    ad_var g = sphere(q, t, params);
+    ad_var g = constrained_sphere(q, t, params);
     return ad_concat_rows(2, (ad_var[]){g, ad_mul(3.0, g)});
-}
-
-/* A wire through the origin that turns at the rate 2: r = cosh 2t from rest there. */
-static ad_var wire(ad_var q, ad_var t, const void *params)
-{
-    ad_var turn = ad_mul(2.0, t);
-    (void)params;
-    return ad_sub(ad_mul(ad_row(q, 1), ad_cos(turn)), ad_mul(ad_row(q, 0), ad_sin(turn)));
-}
-
-/* Bars of 1, 2.5 and 2 from (0, 0) by two joints to (3, 0). */
-static ad_var bars(ad_var q, ad_var t, const void *params)
-{
-    ad_var x = ad_row(q, 0), y = ad_row(q, 1), u = ad_row(q, 2), w = ad_row(q, 3);
-    (void)t, (void)params;
-    return ad_concat_rows(
-        3, (ad_var[]){
-               ad_sub(ad_add(ad_square(x), ad_square(y)), 1.0),
-               ad_sub(ad_add(ad_square(ad_sub(u, x)), ad_square(ad_sub(w, y))), 6.25),
-               ad_sub(ad_add(ad_square(ad_sub(u, 3.0)), ad_square(w)), 4.0),
-           });
-}
-
-static enum ad_status tilted(const void *params, uint64_t seed, double *q, double *v,
-                             struct ad_error *error)
-{
-    (void)params, (void)seed, (void)error;
-    q[0] = sin(2.0);
-    q[1] = -cos(2.0);
-    v[0] = -q[1] * 0.7;
-    v[1] = q[0] * 0.7;
-    return AD_OK;
 }
 
 /* From an angle to another in a time, by a rule; NULL: a path of one's own. */
@@ -140,14 +88,15 @@ static void a_rod_is_an_angle(void **state)
     (void)state;
     enum { SLICES = 81 };
     const double T = 2, ends[] = {2, 1};
-    const struct phys_scene scene = constrained_scene("rod", 2, falls, tilted, sphere, 1, one);
+    const struct phys_scene scene = constrained_scene(
+        "rod", 2, constrained_falls, constrained_tilted, constrained_sphere, 1, one);
     struct phys_system opened = system_opened("pendulum");
     const struct phys_scene pendulum = *opened.scene;
     struct run a = run_of(&scene, "gauss6", SLICES, T, ends, ends),
                b = run_of(&pendulum, "gauss6", SLICES, T, ends, ends);
     struct ad_error error = {0};
     system_set(&b.system, "l", 1);
-    system_set(&b.system, "g", g0);
+    system_set(&b.system, "g", constrained_g);
     system_set(&b.system, "theta0", 2);
     system_set(&b.system, "rate0", 0.7);
     phys_scene_path(&b.system, 1, NULL, SLICES, b.settings.dt, b.path, &error);
@@ -158,16 +107,18 @@ static void a_rod_is_an_angle(void **state)
     }
     found(&a);
     found(&b);
-    const double E = 0.5 * 0.7 * 0.7 - g0 * cos(2.0);
+    const double E = 0.5 * 0.7 * 0.7 - constrained_g * cos(2.0);
     for (size_t i = 0; i < SLICES; i++) {
         const double theta = b.path[i], x = sin(theta), y = -cos(theta);
-        const double rate2 = 2 * (E + g0 * cos(theta)), pull = -(rate2 + g0 * cos(theta));
+        const double rate2 = 2 * (E + constrained_g * cos(theta)),
+                     pull = -(rate2 + constrained_g * cos(theta));
         assert_close(a.path[i], x, 0, 1e-10);
         assert_close(a.path[SLICES + i], y, 0, 1e-10);
         assert_close(a.found.force[i], pull * x, 0, 1e-7);
         assert_close(a.found.force[SLICES + i], pull * y, 0, 1e-7);
     }
-    assert_close(a.found.info.action, b.found.info.action + g0 * T, 1e-11, 0); /* V(0) = 0 */
+    assert_close(a.found.info.action, b.found.info.action + constrained_g * T, 1e-11,
+                 0); /* V(0) = 0 */
     assert_true(a.found.info.grad_norm < 1e-9);
     assert_true(a.found.true_distance < 1e-9 && a.found.discretisation < 1e-10);
     assert_int_equal(b.found.spectrum.index, 1);
@@ -193,7 +144,8 @@ static void great_circles(void **state)
         double length;
         size_t index;
     } cases[] = {{2.5, 0}, {3.1, 0}, {3.2, 1}, {4, 1}, {7, 2}};
-    const struct phys_scene scene = constrained_scene("bead", 3, coasts, tilted, sphere, 1, one);
+    const struct phys_scene scene = constrained_scene(
+        "bead", 3, constrained_coasts, constrained_tilted, constrained_sphere, 1, one);
     const double a[] = {0.6, 0, 0.8}, b[] = {0, 1, 0};
     for (size_t k = 0; k < LENGTH(cases); k++) {
         const double T = cases[k].length, q[] = {0.6 * cos(T), sin(T), 0.8 * cos(T)};
@@ -236,7 +188,8 @@ static void a_geodesic_of_an_ellipsoid(void **state)
     (void)state;
     static const double middle[] = {0.5564478420105563, 0.3473832132346262, 0.4250316996565238},
                         length = 1.1998847111630064;
-    const struct phys_scene scene = constrained_scene("bead", 3, coasts, tilted, ellipsoid, 1, one);
+    const struct phys_scene scene =
+        constrained_scene("bead", 3, constrained_coasts, constrained_tilted, ellipsoid, 1, one);
     double q0[3], q1[3];
     struct phys_refined refined;
     struct ad_error error = {0};
@@ -268,7 +221,8 @@ static void a_geodesic_of_an_ellipsoid(void **state)
 
 static double error_on_wire(const char *rule, size_t slices, double *force_error)
 {
-    const struct phys_scene scene = constrained_scene("wire", 2, coasts, tilted, wire, 1, one);
+    const struct phys_scene scene = constrained_scene("wire", 2, constrained_coasts,
+                                                      constrained_tilted, constrained_wire, 1, one);
     const double T = 1.2, r1 = cosh(2 * T);
     struct run r = run_of(&scene, rule, slices, T, (double[]){1, 0},
                           (double[]){r1 * cos(2 * T), r1 * sin(2 * T)});
@@ -310,30 +264,12 @@ static void rules_keep_their_orders(void **state)
 
 /* ---- a closed linkage ---- */
 
-static enum ad_status cranked(const void *params, uint64_t seed, double *q, double *v,
-                              struct ad_error *error)
-{
-    (void)params, (void)seed, (void)error;
-    const double ax = cos(1.0), ay = sin(1.0), d = hypot(3 - ax, ay);
-    const double along = (6.25 - 4 + d * d) / (2 * d), up = sqrt(6.25 - along * along);
-    q[0] = ax;
-    q[1] = ay;
-    q[2] = ax + (along * (3 - ax) + up * ay) / d;
-    q[3] = ay + (-along * ay + up * (3 - ax)) / d;
-    const double a = q[2] - ax, b = q[3] - ay, c = q[2] - 3, e = q[3], right = -a * ay + b * ax;
-    v[0] = -3 * ay;
-    v[1] = 3 * ax;
-    v[2] = 3 * right * e / (a * e - b * c);
-    v[3] = -3 * right * c / (a * e - b * c);
-    return AD_OK;
-}
-
 /* Of one freedom: between two states of a motion the path is that motion, with its forces. */
 static void a_closed_linkage(void **state)
 {
     (void)state;
-    const struct phys_scene scene =
-        constrained_scene("linkage", 4, coasts, cranked, bars, 3, three);
+    const struct phys_scene scene = constrained_scene(
+        "linkage", 4, constrained_coasts, constrained_cranked, constrained_bars, 3, three);
     struct phys_system system = constrained_system(&scene);
     struct phys_motion_solution m = constrained_motion(&system, NULL, 0, 1e-11, 0.6);
     const size_t n = m.n;
@@ -437,9 +373,13 @@ static void free_end(struct phys_path_settings *s)
 static void what_cannot_be_is_refused(void **state)
 {
     (void)state;
-    const struct phys_scene ball = constrained_scene("ball", 3, coasts, tilted, sphere, 1, one),
-                            same = constrained_scene("same", 3, coasts, tilted, twice, 2, two),
-                            fixed = constrained_scene("fixed", 2, coasts, tilted, twice, 2, two);
+    const struct phys_scene ball =
+                                constrained_scene("ball", 3, constrained_coasts, constrained_tilted,
+                                                  constrained_sphere, 1, one),
+                            same = constrained_scene("same", 3, constrained_coasts,
+                                                     constrained_tilted, twice, 2, two),
+                            fixed = constrained_scene("fixed", 2, constrained_coasts,
+                                                      constrained_tilted, twice, 2, two);
     const double a[] = {0.6, 0, 0.8}, b[] = {0, 1, 0}, off[] = {1.2, 0, 1.6}, centre[3] = {0};
     refused(&ball, a, off, NULL, "ball end surface g 1.5 0.6 0.8");
     refused(&ball, off, b, NULL, "ball start surface g 1.5 0.6 0.8");

@@ -22,13 +22,3 @@ struct spread spread_of(size_t n, const double values[], size_t stride)
         s.mean = NAN;
     return s;
 }
-
-void spread_report(struct report *report, const char *counted, const char *unit,
-                   const struct spread *spread)
-{
-    report_count(report, counted, counted, spread->n);
-    report_number(report, "mean", "mean", unit, spread->mean);
-    report_number(report, "deviation", "deviation", unit, spread->deviation);
-    report_number(report, "least", "least", unit, spread->least);
-    report_number(report, "most", "most", unit, spread->most);
-}
