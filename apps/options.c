@@ -34,7 +34,7 @@ static const struct option scans[] = {
 
 static const struct option sweeps[] = {
     {"sweep", "OPTION=VALUE,...", OPTION_TEXTS, NULL,
-     "runs with each of some values of an option, or FROM:TO:N[:log]", AT(sweep)},
+     "runs with each of some values of an option, or FROM:TO:N[:log], in six digits", AT(sweep)},
     {"seeds", "FROM:TO", OPTION_TEXT, NULL, "runs with each --seed from FROM to TO", AT(seeds)},
     {"curves", "KEY,...", OPTION_TEXT, NULL,
      "which numbers of such runs are shown, by their JSON keys [those that vary]; of items FROM-TO "

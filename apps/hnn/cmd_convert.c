@@ -130,11 +130,12 @@ const struct command command_convert = {
          .more =
              "MODEL is HDF5, as `train` writes it or with the same names by another program, or\n"
              "safetensors: a state dict of one perceptron, X.weight [out x in] and X.bias [out]\n"
-             "in the order of the numbers in their names, of F64, F32, F16 or BF16. Its first map\n"
-             "sees coordinates, then momenta (of lnn velocities). The bias of the last map is\n"
-             "left out, and said; that of a baseline must be 0. Of two outputs of an hnn, F and\n"
-             "H, those are kept that the field needs. Files that convert wrote have everything:\n"
-             "back again, a model is the same to the last bit.\n\n"
+             "in the order of the numbers in their names, or the one that shapes allow, of F64,\n"
+             "F32, F16 or BF16. Its first map sees coordinates, then momenta (of lnn velocities).\n"
+             "The bias of the last map is left out, and said; that of a baseline must be 0. Of "
+             "two\n"
+             "outputs of an hnn, F and H, those are kept that the field needs. Files that convert\n"
+             "wrote have everything: back again, a model is the same to the last bit.\n\n"
              "  safetensors.torch.save_file(network.state_dict(), \"net.safetensors\")\n"
              "  leastaction convert net.safetensors --out model.h5"},
     .bytes = sizeof(struct convert_options),

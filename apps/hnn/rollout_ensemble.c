@@ -1,6 +1,7 @@
 /* The models of an ensemble of trainings (train --seeds, --sweep), each followed as by a rollout of
    its own, and what they have in common: mean and spread of the motion and of its errors. */
 #include "autodiff/free.h"
+#include "apps/file_names.h"
 #include "apps/interrupt.h"
 #include "apps/output/figure.h"
 #include "apps/spread.h"
@@ -70,6 +71,25 @@ static char *beside(const char *table, const char *name)
         strcpy(file + folder, name);
     }
     return file;
+}
+
+/* Models that the table names are inputs, too. */
+static enum ad_status check_outputs(const struct ensemble *e, struct ad_error *error)
+{
+    const struct common *c = &e->options->common;
+    const struct file_name outputs[] = {{"--", "out", c->out, true},
+                                        {"--", "csv", c->csv, true},
+                                        {"--", "plot", c->plot, true},
+                                        {"--", "log", c->log, true}};
+    for (size_t k = 0; k < e->files && error->status == AD_OK; k++) {
+        char *file = e->name[k] && *e->name[k] ? beside(c->argument[0], e->name[k]) : NULL;
+        for (size_t i = 0; i < sizeof outputs / sizeof *outputs && file; i++)
+            file_names_check(
+                2, (struct file_name[]){{"", "a model of the table", file, false}, outputs[i]},
+                error);
+        free(file);
+    }
+    return error->status;
 }
 
 /* ---- the motions ---- */
@@ -325,7 +345,7 @@ enum ad_status rollout_ensemble(const struct rollout_options *options, struct ad
     if (options->against)
         ad_fail(error, AD_E_ARGUMENT, "--against: %s is an ensemble; expected one model",
                 options->common.argument[0]);
-    else if (find_members(&e, error) == AD_OK &&
+    else if (find_members(&e, error) == AD_OK && check_outputs(&e, error) == AD_OK &&
              outputs_run(&ensemble_outputs, &options->common, &e, follow_all, error) == AD_OK &&
              e.missed)
         ad_fail(error, AD_E_ACCURACY, "%zu of %zu models cannot be followed: %.250s", e.missed,

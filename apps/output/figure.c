@@ -32,7 +32,8 @@ struct range range_with_margins(struct range range, double below, double above)
 int range_exponent(struct range range)
 {
     double most = fmax(fabs(range.low), fabs(range.high));
-    return most >= 1e5 || (most > 0 && most < 1e-2) ? (int)floor(log10(most)) : 0;
+    return isfinite(most) && (most >= 1e5 || (most > 0 && most < 1e-2)) ? (int)floor(log10(most))
+                                                                        : 0;
 }
 
 void line_add(struct line *line, const char *format, ...)

@@ -2,6 +2,7 @@
 #include "apps/interrupt.h"
 #include "autodiff/free.h"
 #include "physics/io/grow.h"
+#include "page.h"
 #include "progress.h"
 #include "report_rows.h"
 #include "scan_parts.h"
@@ -37,7 +38,10 @@ static struct result_column *column_of(struct scan *scan, const char *key, const
 static void take(struct scan *scan, const struct report_row *row, const char *key, double value)
 {
     struct scan_row taken = {.labelled = row->label && row->kind == NUMBER, .value = value};
-    snprintf(taken.key, sizeof taken.key, "%s", key);
+    bool scanned = false;
+    for (size_t a = 0; a < scan->axes; a++)
+        scanned = scanned || strcmp(scan->axis[a].name, key) == 0;
+    snprintf(taken.key, sizeof taken.key, "%s%s", scanned ? "result." : "", key);
     snprintf(taken.unit, sizeof taken.unit, "%s", row->unit);
     scan->no_memory |= fwrite(&taken, sizeof taken, 1, scan->rows) != 1;
 }
@@ -237,12 +241,15 @@ static enum ad_status choose(struct scan *scan, struct ad_error *error)
     const char *names = scan->common->curves;
     for (size_t length; names && *names; names += length + (names[length] == ',')) {
         size_t found = 0, fresh = 0;
+        bool known = false;
         length = strcspn(names, ",");
         for (size_t k = 0; k < scan->n; k++) {
             struct result_column *column = &scan->column[k];
             if (!matches(column->key, names, length))
                 continue;
             found++;
+            for (size_t r = 0; r < scan->runs; r++)
+                known = known || isfinite(column->value[r]);
             if (!column->shown) {
                 fresh++;
                 column->panel = shown + 1;
@@ -252,6 +259,9 @@ static enum ad_status choose(struct scan *scan, struct ad_error *error)
         if (found == 0)
             return ad_fail(error, AD_E_ARGUMENT,
                            "--curves: no number '%.*s' in the results; --json lists them",
+                           (int)length, names);
+        if (!known)
+            return ad_fail(error, AD_E_ARGUMENT, "--curves: '%.*s' has no value in any run",
                            (int)length, names);
         if (found > 1 && scan->axes == AXES)
             return ad_fail(error, AD_E_ARGUMENT,
@@ -295,6 +305,15 @@ static enum ad_status run_ranks(struct scan *scan, struct ad_error *error)
     return error->status;
 }
 
+static bool has_panels(const struct scan *scan)
+{
+    bool any = false;
+    for (size_t k = 0; k < scan->n; k++)
+        any = any || scan->column[k].panel > 0;
+    return any;
+}
+
+/* What cannot be shown is told behind the tables, which are written. */
 static enum ad_status run_all(void *context, struct ad_error *error)
 {
     struct scan *scan = context;
@@ -312,7 +331,11 @@ static enum ad_status run_all(void *context, struct ad_error *error)
     progress_end(&progress);
     if (scan->no_memory)
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    return error->status == AD_OK ? choose(scan, error) : error->status;
+    if (error->status == AD_OK && choose(scan, &scan->unshown) == AD_OK && scan->common->plot &&
+        !page_wanted(scan->common->plot) && !has_panels(scan))
+        ad_fail(&scan->unshown, AD_E_ARGUMENT,
+                "--plot: no number changes with the scan; choose with --curves");
+    return error->status;
 }
 
 /* " at lr = 1e-2, seed = 3" */
@@ -350,7 +373,9 @@ int scan_run(const struct command *command, const struct common *common, struct 
         if (!scan.status || !scan.record) {
             ad_fail(error, AD_E_MEMORY, "out of memory");
         } else if (outputs_run(&scan_outputs, &table, &scan, run_all, error) == AD_OK &&
-                   scan.missed) {
+                   scan.unshown.status != AD_OK) {
+            *error = scan.unshown;
+        } else if (error->status == AD_OK && scan.missed) {
             name_run(&scan, scan.first, sizeof where, where);
             ad_fail(error, AD_E_ACCURACY,
                     "%zu of %zu runs did not reach what was asked; at %s: %.200s", scan.missed,

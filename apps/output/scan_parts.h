@@ -54,7 +54,7 @@ struct scan {
     int *status; /* [runs] */
     size_t missed;
     size_t first; /* that missed */
-    struct ad_error why;
+    struct ad_error why, unshown; /* of the picture */
     bool no_memory;
     FILE *rows;                 /* of the run that is on */
     struct scan_record *record; /* [runs], each until its place in the table is due */

@@ -205,9 +205,10 @@ enum ad_status scan_draw(const void *context, struct plot *plot, struct ad_error
         for (size_t r = 0; r < scan->runs && scan->column[k].shown; r++)
             missing += isnan(scan->column[k].value[r]) ? 1 : 0;
     }
-    if (shown == 0)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "--plot: no number changes with the scan; choose with --curves");
+    if (shown == 0 || scan->unshown.status != AD_OK) {
+        plot_abandon(plot);
+        return error->status;
+    }
     struct layout layout = figure_pair;
     layout.rows = shown > 2 ? 2 : 1;
     layout.columns = shown > 1 ? 2 : 1;

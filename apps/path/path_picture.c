@@ -230,8 +230,8 @@ static void name_found(const struct path_run *run, struct line *line)
     if (found->another && run->solutions.n == 0)
         line_add(line, "the reference is another path");
     if (isfinite(error))
-        line_add(line, "discretisation error %.2g%s%.16s", error, unit_blank(scene->unit),
-                 unit_shown(scene->unit));
+        line_add(line, "%s %.2g%s%.16s", run->refined.n ? "error at most" : "discretisation error",
+                 error, unit_blank(scene->unit), unit_shown(scene->unit));
 }
 
 static void name_run(const struct path_run *run, FILE *out)

@@ -161,7 +161,8 @@ static void report_distances(const struct path_run *run, struct report *report)
                   run->found.discretisation);
     if (run->found.stationary && isnan(run->found.discretisation))
         report_line(report,
-                    "  discretisation error unknown: no path of a finer rule was found near");
+                    "  discretisation error unknown: no path of a finer rule was found near, or it "
+                    "has too many coordinates to look for");
 }
 
 static void report_forces(const struct path_run *run, struct report *report)

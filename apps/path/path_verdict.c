@@ -80,7 +80,10 @@ static void report_conjugate(const struct path_run *run, const struct phys_spect
         return;
     if (!s->of_motion)
         report_line(report, "  (+-%.2g: between two slices%s)", s->conjugate[0].error,
-                    run->system.scene->constraint ? "" : "; no motion was found near the path");
+                    run->system.scene->constraint
+                        ? ""
+                        : "; the motion near the path was not found, or has too "
+                          "many coordinates");
     else if (s->legendre == PHYS_INDEFINITE)
         report_line(report, "  (changes of sign of the Jacobi fields' determinant, for L_vv is "
                             "indefinite: where the fields lose an even rank there is none)");

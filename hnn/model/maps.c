@@ -33,6 +33,77 @@ static int by_weight(const void *a, const void *b)
     return by_name((*s)->name, (*t)->name);
 }
 
+/* Whether names differ in numbers alone. */
+static bool same_words(const char *a, const char *b)
+{
+    for (;; a++, b++) {
+        while (isdigit((unsigned char)*a) && isdigit((unsigned char)a[1]))
+            a++;
+        while (isdigit((unsigned char)*b) && isdigit((unsigned char)b[1]))
+            b++;
+        if (*a != *b && !(isdigit((unsigned char)*a) && isdigit((unsigned char)*b)))
+            return false;
+        if (!*a)
+            return true;
+    }
+}
+
+/* A search for the orders of maps that shapes and, among names of the same words, numbers allow. */
+struct orders {
+    const struct hnn_tensor *const *weight; /* [n], by name */
+    const struct hnn_tensor *at[HNN_LAYERS_MOST], *found[HNN_LAYERS_MOST];
+    size_t n, count, looks; /* count: how many were found, at most 2 */
+    bool used[HNN_LAYERS_MOST];
+};
+enum { LOOKS_MOST = 100000 };
+
+/* Whether map k may come next: behind all of its words with smaller numbers. */
+static bool may_follow(const struct orders *o, size_t depth, size_t k)
+{
+    bool may = !o->used[k] && (depth == 0 || o->weight[k]->dims[1] == o->at[depth - 1]->dims[0]);
+    for (size_t j = 0; j < k && may; j++)
+        may = o->used[j] || !same_words(o->weight[j]->name, o->weight[k]->name) ||
+              by_name(o->weight[j]->name, o->weight[k]->name) == 0;
+    return may;
+}
+
+static void find_orders(struct orders *o, size_t depth)
+{
+    if (depth == o->n && o->count++ == 0)
+        memcpy(o->found, o->at, sizeof o->found);
+    for (size_t k = 0; k < o->n && depth < o->n && o->count < 2; k++)
+        if (may_follow(o, depth, k) && o->looks++ < LOOKS_MOST) {
+            o->used[k] = true;
+            o->at[depth] = o->weight[k];
+            find_orders(o, depth + 1);
+            o->used[k] = false;
+        }
+}
+
+/* Maps by the numbers in their names; where words differ, in the one order that shapes allow. */
+static enum ad_status order_maps(const struct hnn_tensors *t, struct hnn_maps *m,
+                                 struct ad_error *error)
+{
+    size_t same = 1;
+    qsort(m->weight, m->n, sizeof m->weight[0], by_weight);
+    while (same < m->n && same_words(m->weight[0]->name, m->weight[same]->name) &&
+           by_name(m->weight[same - 1]->name, m->weight[same]->name) != 0)
+        same++;
+    if (same == m->n)
+        return AD_OK;
+    struct orders o = {.weight = m->weight, .n = m->n};
+    find_orders(&o, 0);
+    if (o.count != 1 || o.looks > LOOKS_MOST)
+        return ad_fail(error, AD_E_INPUT,
+                       "%s: '%.80s' and '%.80s': %s; expected names that differ in one number, as "
+                       "net.0.weight, net.2.weight",
+                       t->file, m->weight[0]->name, m->weight[same]->name,
+                       o.count ? "neither numbers in their names nor shapes tell their order"
+                               : "shapes fit in no order");
+    memcpy(m->weight, o.found, sizeof m->weight);
+    return AD_OK;
+}
+
 static bool ends_in(const char *name, const char *end)
 {
     const size_t n = strlen(name), m = strlen(end);
@@ -62,8 +133,8 @@ enum ad_status hnn_maps_find(const struct hnn_tensors *t, struct hnn_maps *m,
                 return ad_fail(error, AD_E_INPUT, "%s: over %d maps", t->file, HNN_LAYERS_MOST);
             m->weight[m->n++] = &t->tensor[k];
         }
-    if (m->n)
-        qsort(m->weight, m->n, sizeof m->weight[0], by_weight);
+    if (m->n && order_maps(t, m, error) != AD_OK)
+        return error->status;
     for (size_t k = 0; k < m->n; k++) {
         const struct hnn_tensor *w = m->weight[k], *b = m->bias[k] = bias_of(t, w);
         biases += b != NULL;

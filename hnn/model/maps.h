@@ -12,7 +12,8 @@ struct hnn_maps {
     const struct hnn_tensor *weight[HNN_LAYERS_MOST], *bias[HNN_LAYERS_MOST];
 };
 
-/* X.weight [out x in] and X.bias [out], in the order of the numbers in their names; AD_E_INPUT
+/* X.weight [out x in] and X.bias [out], in the order of the numbers in their names; where these
+   differ in words, too, in the one that shapes allow. AD_E_INPUT where there is none or several,
    where they do not fit, or others are there. */
 enum ad_status hnn_maps_find(const struct hnn_tensors *tensors, struct hnn_maps *maps,
                              struct ad_error *error);

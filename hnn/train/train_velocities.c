@@ -58,8 +58,12 @@ static enum ad_status check_scale(const struct rates *of, double *rr, struct ad_
         *rr += r * r;
     }
     hnn_model_component(of->model, of->k, q, sizeof q);
-    snprintf(is, sizeof is, "%.3g times the rate of %s", vr / *rr, q);
-    if (!(fabs(vr - *rr) <= most * *rr) && !(fabs(vr - vv) <= most * vv))
+    const bool one_rests = (vv == 0) != (*rr == 0);
+    if (one_rests)
+        snprintf(is, sizeof is, vv == 0 ? "0 while %s changes" : "not 0 while %s stays", q);
+    else
+        snprintf(is, sizeof is, "%.3g times the rate of %s", vr / *rr, q);
+    if (one_rests || (!(fabs(vr - *rr) <= most * *rr) && !(fabs(vr - vv) <= most * vv)))
         refuse(of, is, error);
     *rr /= (double)of->s->n;
     return error->status;

@@ -290,7 +290,7 @@ static enum ad_status out_of_reach(const struct solving *s, bool rounding, struc
                        s->settings->error, cause);
     if (!nearest)
         return ad_fail(error, AD_E_ACCURACY,
-                       "an error of %g: no method gets beyond t = %g in %d steps: a collision, a "
+                       "an error of %g: no method reaches t = %g in %d steps: a collision, a "
                        "motion that ends before, or too long a time; try a shorter one",
                        s->settings->error, s->settings->time, MOST_STEPS);
     return ad_fail(error, AD_E_ACCURACY,

@@ -255,6 +255,15 @@ static enum ad_status find_forces(struct search *s, struct ad_error *error)
     return phys_keep_memory(&lost, error);
 }
 
+static bool has_its_ends(const struct search *s, const double *path)
+{
+    bool has = true;
+    for (size_t k = 0; k < s->dof; k++)
+        for (size_t i = 0; i < s->slices; i += s->slices - 1)
+            has = has && path[k * s->slices + i] == s->path[k * s->slices + i];
+    return has;
+}
+
 static enum ad_status measure(struct search *s, struct ad_error *error)
 {
     const double *compare = s->settings->compare;
@@ -280,7 +289,10 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
                      !(found->discretisation <= CLEAR * extent(s, s->path));
     if (isinf(found->discretisation))
         found->discretisation = (double)NAN;
-    return compare ? compare_given(s, error) : AD_OK;
+    if (compare && compare_given(s, error) == AD_OK && s->settings->compare_true &&
+        !found->another && has_its_ends(s, compare)) /* the finer rule may err alike, at kinks */
+        found->discretisation = fmax(found->discretisation, found->reference_distance);
+    return error->status;
 }
 
 enum ad_status phys_path_find(const struct phys_solver *solver, const struct phys_system *system,

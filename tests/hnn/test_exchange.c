@@ -296,6 +296,47 @@ static void maps_are_ordered_by_number(void **state)
     hnn_model_free(model);
 }
 
+/* Names without numbers say no order: that of the shapes is taken where there is one. */
+static void maps_without_an_order_are_refused(void **state)
+{
+    static const float data[10] = {1, 2, 5, 3, 1, 1, 1, 1, 1, 1};
+    const struct hnn_settings assumed = hnn_defaults(HNN_LAGRANGIAN, 1);
+    static const char *const refused[] = {
+        "{" T("input.weight", "[2,2]", 0, 16) "," T("hidden.weight", "[2,2]", 16,
+                                                    32) "," T("output.weight", "[1,2]", 32, 40) "}",
+        "{" T("two.0.weight", "[2,2]", 0, 16) "," T("one.0.weight", "[2,2]", 16,
+                                                    32) "," T("z.0.weight", "[1,2]", 32, 40) "}",
+        "{" T("a.weight", "[3,2]", 0, 24) "," T("b.weight", "[1,4]", 24, 40) "}"};
+    struct hnn_exchange exchange;
+    hnn_model *model;
+    (void)state;
+    for (size_t k = 0; k < sizeof refused / sizeof *refused; k++) {
+        struct ad_error error = {0};
+        const struct path *path = write_tensors(refused[k], data, sizeof data);
+        assert_int_equal(hnn_model_import(path->text, &assumed, &model, &exchange, &error),
+                         AD_E_INPUT);
+        assert_mentions(error.message, k < 2 ? "nor shapes tell their order" : "fit in no order");
+    }
+    /* a: 1 x 1 behind in: 1 x 2, and hidden2 behind hidden1 whatever the rest */
+    model = import_as(
+        write_tensors("{" T("a.weight", "[1,1]", 8, 12) "," T("in.weight", "[1,2]", 0, 8) "}", data,
+                      12)
+            ->text,
+        &assumed, &exchange);
+    assert_close(hnn_model_energy(model, (double[]){0, 0}), 0, 1e-14, 1e-14);
+    assert_int_equal(hnn_model_settings(model)->layers, 2);
+    assert_true(((const float *)hnn_model_parameters(model))[0] == 1);
+    hnn_model_free(model);
+    model = import_as(
+        write_tensors("{" T("fc1.weight", "[2,2]", 0, 16) "," T(
+                          "fc2.weight", "[2,2]", 16, 32) "," T("end.weight", "[1,2]", 32, 40) "}",
+                      data, sizeof data)
+            ->text,
+        &assumed, &exchange);
+    assert_true(((const float *)hnn_model_parameters(model))[2] == 5);
+    hnn_model_free(model);
+}
+
 static void models_come_back_to_the_bit(void **state)
 {
     static const double scale[] = {.5, 2, 1, 3}, centre[] = {.1, -.2, .3, 1. / 3};
@@ -359,6 +400,7 @@ int main(void)
         cmocka_unit_test(other_networks_are_refused),
         cmocka_unit_test(outputs_are_chosen),
         cmocka_unit_test(maps_are_ordered_by_number),
+        cmocka_unit_test(maps_without_an_order_are_refused),
         cmocka_unit_test(models_come_back_to_the_bit),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);

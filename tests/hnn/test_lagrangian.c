@@ -155,6 +155,7 @@ static void test_momenta(void **state)
         {1, 0.1, 0, 0.3, 0, RATES, true},    {1, 0, 0, -0.3, 0, ROLLOUT, true},
         {1, 0, 0.1, 0, 0.2, RATES, true},    {1, 0, 0, 0.01, 0.01, RATES, false},
         {1, 0, 0, 0, 0, DIFFERENCES, false}, {1, 0, 0, 0.3, 0, DIFFERENCES, true},
+        {0, 0, 0, 0, 0, RATES, true},        {0, 0, 0, 0, 0, ROLLOUT, true},
     };
     for (size_t k = 0; k < sizeof row / sizeof *row; k++) {
         double *x = small_values(5, 2, N), *target = malloc(2 * N * sizeof *target);

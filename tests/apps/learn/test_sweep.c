@@ -116,6 +116,35 @@ static void spread_is_that_of_the_members(void **state)
     assert_close(mean, sum / 3, 1e-14, 0);
     assert_close(deviation, sqrt(squares / 2), 1e-12, 0);
     assert_true(least == fmin(q[0], fmin(q[1], q[2])) && most == fmax(q[0], fmax(q[1], q[2])));
+    /* its models are inputs */
+    shell_works("cp there/m-seed=2.h5 kept.h5");
+    assert_int_equal(
+        shell("$LA rollout there/m.h5 --x0 1,0 --time 1 --quiet --out there/m-seed=2.h5"), 2);
+    assert_mentions(shell_err(), "m-seed=2.h5");
+    assert_int_equal(
+        shell("$LA rollout there/m.h5 --x0 1,0 --time 1 --quiet --csv there/m-seed=1.h5"), 2);
+    shell_works("cmp there/m-seed=2.h5 kept.h5");
+}
+
+/* A result of the name of what is swept has another; what cannot be shown loses no table. */
+static void tables_are_whole(void **state)
+{
+    double asked, reached;
+    (void)state;
+    shell_works("$LA simulate pendulum --time 2 --sweep tol=1e-4,1e-6 --json --csv tol.csv");
+    const char *row = strstr(shell_last_line(), "\"scan\": [{\"tol\": ");
+    assert_non_null(row);
+    assert_int_equal(sscanf(row, "\"scan\": [{\"tol\": %lf", &asked), 1);
+    assert_int_equal(sscanf(strstr(row, "result.tol"), "result.tol\": %lf", &reached), 1);
+    assert_true(asked == 1e-4 && reached != asked);
+    shell_works("head -n 1 tol.csv | tr , '\\n' | sort | uniq -d | wc -l");
+    assert_int_equal(atoi(shell_out()), 0);
+    assert_int_equal(shell("$LA simulate pendulum --time 1 --scan theta0=1:2:3 --curves dt,energy "
+                           "--csv kept.csv --out kept.h5 --plot lost.svg --quiet"),
+                     2);
+    assert_mentions(shell_err(), "--curves: 'dt' has no value in any run");
+    shell_works("wc -l <kept.csv && $LA dump kept.h5 >/dev/null && ! ls lost.svg 2>/dev/null");
+    assert_int_equal(atoi(shell_out()), 4);
 }
 
 static void misuse_is_refused(void **state)
@@ -162,6 +191,7 @@ int main(void)
         cmocka_unit_test_setup(words_and_ranges_are_values, setup),
         cmocka_unit_test_setup(what_fails_is_told, setup),
         cmocka_unit_test_setup(spread_is_that_of_the_members, setup),
+        cmocka_unit_test_setup(tables_are_whole, setup),
         cmocka_unit_test_setup(misuse_is_refused, setup),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
