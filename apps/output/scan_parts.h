@@ -53,7 +53,7 @@ struct scan {
     struct result_column *column;
     int *status; /* [runs] */
     size_t missed;
-    size_t first; /* that missed */
+    size_t first;                 /* that missed */
     struct ad_error why, unshown; /* of the picture */
     bool no_memory;
     FILE *rows;                 /* of the run that is on */
