@@ -39,6 +39,15 @@ const struct hnn_schedule *hnn_schedule_find(const char *name, struct ad_error *
 const struct hnn_optimiser *hnn_optimiser_find(const char *name, struct ad_error *error);
 const char *hnn_optimiser_name(const struct hnn_optimiser *optimiser);
 
+/* The steps in time of a loss on rollouts. */
+enum hnn_stepping {
+    HNN_RUNGE_KUTTA, /* of order 4 */
+    HNN_LEAPFROG,    /* symplectic, of order 2: of a separable H without dissipation */
+    HNN_MIDPOINT     /* the implicit midpoint rule, likewise, of any model of 16 coordinates at
+                        most; a loss that is not finite where its steps have no solution */
+};
+extern const char *const hnn_steppings[]; /* NULL-terminated, in the order of the enum */
+
 struct hnn_trainer;
 typedef struct hnn_trainer hnn_trainer;
 
@@ -53,7 +62,7 @@ struct hnn_training {
     double
         average; /* the model gets the mean of the parameters over about this last fraction of the
                     steps, 0 ... 1; 0, and always with lbfgs: the parameters of the last step */
-    size_t rollout;  /* K, up to HNN_ROLLOUT_MOST: loss on K Runge-Kutta steps; 0: on the rates */
+    size_t rollout;  /* K, up to HNN_ROLLOUT_MOST: loss on K steps in time; 0: on the rates */
     double dt;       /* their length, where the samples have no `steps` */
     size_t every;    /* steps between losses on the test set, and rows of the history; 0: 10 */
     size_t patience; /* stop when the test loss has not decreased for this many steps, and return to
@@ -79,6 +88,7 @@ struct hnn_training {
        one rank's error is that of all, but files are written by rank 0 alone. Outlives the trainer.
      */
     struct ad_ranks *ranks;
+    enum hnn_stepping stepping; /* of `rollout` */
 };
 /* As published: adam, constant, 2000 steps, full batch, rate 1e-3, weight decay 1e-4; except for
    the average over the last tenth of the steps, where published models have their last weights. */

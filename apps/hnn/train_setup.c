@@ -223,6 +223,9 @@ static enum ad_status training_settings(struct train_run *run, struct ad_error *
 {
     const struct train_options *o = run->options;
     struct hnn_training *s = &run->settings;
+    size_t stepping = 0;
+    if (choose("stepping", o->stepping, hnn_steppings, &stepping, error) != AD_OK)
+        return error->status;
     *s = run->pixels ? hnn_pixel_training_defaults() : hnn_training_defaults();
     if (s->batch > run->train.n)
         s->batch = 0; /* all of them */
@@ -236,6 +239,7 @@ static enum ad_status training_settings(struct train_run *run, struct ad_error *
     s->momentum = o->momentum;
     s->clip = option_number_or(o->clip, 0);
     s->rollout = o->rollout;
+    s->stepping = (enum hnn_stepping)stepping;
     s->dt = run->data.dt;
     s->patience = option_count_or(o->patience, 0);
     s->seed = o->common.seed;
@@ -261,7 +265,7 @@ static enum ad_status refuse_unused(const struct train_run *run, struct ad_error
         {!o->from && !strstr(o->model, "hnn"), "field",
          "is of models with an H, not of a baseline or lnn"},
         {isnan(o->test_fraction) && !run->pixels, "split", "needs --test-fraction"},
-        {!o->rollout, "dt", "needs --rollout"},
+        {!o->rollout, "dt stepping", "needs --rollout"},
         {!differences, "differences", "is for rates by differences; here are others"},
         {strcmp(o->optimiser, "sgd") != 0, "momentum", "needs --optimiser sgd"},
         {strcmp(o->optimiser, "lbfgs") == 0, "lr schedule average clip",

@@ -74,6 +74,21 @@ ad_var hnn_record_samples(ad_tape *tape, bool by_rows, size_t components, size_t
 ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *training,
                          ad_var parameters, ad_var x, ad_var target);
 
+/* ---- steps in time (train_stepping.c) ---- */
+
+enum { HNN_MIDPOINT_MOST = 16 }; /* coordinates */
+
+/* A step of length dt [1 x samples]. */
+struct hnn_step {
+    const hnn_model *model;
+    ad_var parameters, dt;
+};
+/* The states x [2n x samples] after a step. */
+ad_var hnn_record_step(const struct hnn_step *step, enum hnn_stepping stepping, ad_var x);
+/* AD_E_ARGUMENT where the method does not suit the model. */
+enum ad_status hnn_stepping_check(const hnn_model *model, const struct hnn_training *training,
+                                  struct ad_error *error);
+
 /* AD_E_ARGUMENT says what is out of range, or does not fit the model or the samples
    (train_settings.c). */
 enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_training *training,

@@ -65,25 +65,14 @@ static size_t rollouts(const hnn_model *model, const struct hnn_training *traini
     return (hnn_states(model) + 1) * training->rollout;
 }
 
-/* One step of the classical Runge-Kutta method, dt [1 x samples]. */
-static ad_var runge_kutta(const hnn_model *model, ad_var parameters, ad_var x, ad_var dt)
-{
-    ad_var half = ad_mul(0.5, dt);
-    ad_var k1 = field_at(model, parameters, x);
-    ad_var k2 = field_at(model, parameters, ad_add(x, ad_mul(half, k1)));
-    ad_var k3 = field_at(model, parameters, ad_add(x, ad_mul(half, k2)));
-    ad_var k4 = field_at(model, parameters, ad_add(x, ad_mul(dt, k3)));
-    ad_var middle = ad_mul(2.0, ad_add(k2, k3));
-    return ad_add(x, ad_mul(ad_mul(1.0 / 6, dt), ad_add(ad_add(k1, middle), k4)));
-}
-
 static ad_var record_rollouts(const hnn_model *model, const struct hnn_training *training,
                               ad_var parameters, ad_var x, ad_var target)
 {
     size_t m = hnn_states(model), steps = training->rollout;
     ad_var sum = {0}, at = x;
     for (size_t k = 0; k < steps; k++) {
-        at = runge_kutta(model, parameters, at, ad_slice_rows(target, steps * m + k, 1));
+        struct hnn_step step = {model, parameters, ad_slice_rows(target, steps * m + k, 1)};
+        at = hnn_record_step(&step, training->stepping, at);
         ad_var error = ad_sub(at, ad_slice_rows(target, k * m, m));
         ad_var squares = mean_squares(error, model->scaling.scale);
         sum = k ? ad_add(sum, squares) : squares;

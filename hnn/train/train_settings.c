@@ -101,5 +101,7 @@ enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_train
     if (s->patience && test->n == 0)
         return ad_fail(error, AD_E_ARGUMENT,
                        "stopping by the test loss needs test samples; set some apart");
+    if (hnn_stepping_check(model, s, error) != AD_OK)
+        return error->status;
     return hnn_velocities_check(model, s, train, error);
 }

@@ -26,6 +26,9 @@ static void settings_text(const hnn_trainer *t, char text[TEXT_ROOM])
         s->seed, s->loss ? " loss=own" : "");
     if (s->clip > 0)
         snprintf(text + strlen(text), TEXT_ROOM - strlen(text), " clip=%.17g", s->clip);
+    if (s->stepping)
+        snprintf(text + strlen(text), TEXT_ROOM - strlen(text), " stepping=%s",
+                 hnn_steppings[s->stepping]);
 }
 
 static void data_text(const hnn_trainer *t, char text[HASH_ROOM])

@@ -186,6 +186,7 @@ static void test_refusals(void **state)
     refused("pendulum.csv --precision f16", "f32 f64");
     refused("pendulum.csv --hidden 20,x", "--hidden 20,x");
     refused("pendulum.csv --hidden 20,30,40", "expected 2 numbers");
+    refused("pendulum.csv --stepping leapfrog", "--stepping --rollout");
     refused("pendulum.csv --batch some", "expected 'full'");
     refused("pendulum.csv --batch 61", "60 samples");
     refused("pendulum.csv --state q,r", "r");
