@@ -1,83 +1,19 @@
 /* Paths with constraints: against the same motion in other coordinates, geodesics, closed forms;
-   order, Morse index on the tangent spaces, forces; what is refused. */
-#include "tests/physics/motion/constrained.h"
+   order, Morse index on the tangent spaces, forces. */
+#include "constrained_path.h"
 #include "tests/close.h"
-#include "tests/mentions.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-static const char *const one[] = {"surface"}, *const two[] = {"first", "second"},
-                         *const three[] = {"crank", "coupler", "rocker"};
+static const char *const one[] = {"surface"}, *const three[] = {"crank", "coupler", "rocker"};
 
 static ad_var ellipsoid(ad_var q, ad_var t, const void *params)
 {
     (void)t, (void)params;
     ad_var x = ad_row(q, 0), y = ad_div(ad_row(q, 1), 0.8), z = ad_div(ad_row(q, 2), 0.6);
     return ad_sub(ad_add(ad_square(x), ad_add(ad_square(y), ad_square(z))), 1.0);
-}
-
-static ad_var twice(ad_var q, ad_var t, const void *params)
-{
-    ad_var g = constrained_sphere(q, t, params);
-    return ad_concat_rows(2, (ad_var[]){g, ad_mul(3.0, g)});
-}
-
-/* From an angle to another in a time, by a rule; NULL: a path of one's own. */
-struct run {
-    struct phys_system system;
-    struct phys_path_settings settings;
-    struct phys_path_found found;
-    double *path;
-};
-
-static double *room(const struct phys_system *system, const struct phys_path_settings *settings)
-{
-    return calloc(settings->rule->degree * system->dof * settings->slices, sizeof(double));
-}
-
-/* On a straight line between the ends q0, q1, off the constraints. */
-static struct run run_of(const struct phys_scene *scene, const char *rule, size_t slices, double T,
-                         const double *q0, const double *q1)
-{
-    struct run r = {.system = constrained_system(scene)};
-    struct ad_error error = {0};
-    r.settings = phys_path_defaults(&r.system);
-    r.settings.rule = phys_rule_find(rule, &error);
-    r.settings.slices = slices;
-    r.settings.dt = T / (double)(slices - 1);
-    r.path = room(&r.system, &r.settings);
-    for (size_t k = 0; k < r.system.dof; k++) {
-        r.path[k * slices] = q0[k];
-        r.path[(k + 1) * slices - 1] = q1[k];
-    }
-    phys_path_line(r.system.dof, slices, r.path, r.path);
-    return r;
-}
-
-static enum ad_status find(struct run *r, struct ad_error *error)
-{
-    struct ad_error unknown = {0};
-    *error = (struct ad_error){0};
-    phys_rule_interpolate(r->settings.rule, r->system.dof, r->settings.slices, r->path);
-    return phys_path_find(phys_solver_find("newton", &unknown), &r->system, &r->settings, r->path,
-                          &r->found, error);
-}
-
-static void found(struct run *r)
-{
-    struct ad_error error;
-    find(r, &error);
-    assert_string_equal(error.message, "");
-    assert_true(r->found.stationary);
-}
-
-static void end(struct run *r)
-{
-    phys_path_found_free(&r->found);
-    phys_system_close(&r->system);
-    free(r->path);
 }
 
 /* ---- the pendulum ---- */
@@ -92,8 +28,8 @@ static void a_rod_is_an_angle(void **state)
         "rod", 2, constrained_falls, constrained_tilted, constrained_sphere, 1, one);
     struct phys_system opened = system_opened("pendulum");
     const struct phys_scene pendulum = *opened.scene;
-    struct run a = run_of(&scene, "gauss6", SLICES, T, ends, ends),
-               b = run_of(&pendulum, "gauss6", SLICES, T, ends, ends);
+    struct constrained_path a = constrained_path(&scene, "gauss6", SLICES, T, ends, ends),
+                            b = constrained_path(&pendulum, "gauss6", SLICES, T, ends, ends);
     struct ad_error error = {0};
     system_set(&b.system, "l", 1);
     system_set(&b.system, "g", constrained_g);
@@ -105,8 +41,8 @@ static void a_rod_is_an_angle(void **state)
         a.path[i] = sin(b.path[i]);
         a.path[SLICES + i] = -cos(b.path[i]);
     }
-    found(&a);
-    found(&b);
+    constrained_path_found(&a);
+    constrained_path_found(&b);
     const double E = 0.5 * 0.7 * 0.7 - constrained_g * cos(2.0);
     for (size_t i = 0; i < SLICES; i++) {
         const double theta = b.path[i], x = sin(theta), y = -cos(theta);
@@ -128,8 +64,8 @@ static void a_rod_is_an_angle(void **state)
                  a.found.spectrum.conjugate[0].error);
     /* x^2 of a path beside it is that of its angle */
     assert_close(a.found.spectrum.second_variation, b.found.spectrum.second_variation, 1e-3, 0);
-    end(&a);
-    end(&b);
+    constrained_path_end(&a);
+    constrained_path_end(&b);
     phys_system_close(&opened);
 }
 
@@ -149,14 +85,14 @@ static void great_circles(void **state)
     const double a[] = {0.6, 0, 0.8}, b[] = {0, 1, 0};
     for (size_t k = 0; k < LENGTH(cases); k++) {
         const double T = cases[k].length, q[] = {0.6 * cos(T), sin(T), 0.8 * cos(T)};
-        struct run r = run_of(&scene, "gauss8", SLICES, T, a, q);
+        struct constrained_path r = constrained_path(&scene, "gauss8", SLICES, T, a, q);
         for (size_t i = 1; i + 1 < SLICES; i++) /* off the sphere, and off the plane */
             for (size_t d = 0; d < 3; d++) {
                 const double t = (double)i * r.settings.dt;
                 r.path[d * SLICES + i] =
                     1.3 * (a[d] * cos(t) + b[d] * sin(t)) + (d == 2) * 0.05 * sin(M_PI * t / T);
             }
-        found(&r);
+        constrained_path_found(&r);
         for (size_t i = 0; i < SLICES; i++)
             for (size_t d = 0; d < 3; d++) {
                 const double t = (double)i * r.settings.dt;
@@ -170,7 +106,7 @@ static void great_circles(void **state)
         for (size_t i = 0; i < cases[k].index; i++)
             assert_close(r.found.spectrum.conjugate[i].time, M_PI * (double)(i + 1), 0,
                          r.found.spectrum.conjugate[i].error);
-        end(&r);
+        constrained_path_end(&r);
     }
 }
 
@@ -195,7 +131,7 @@ static void a_geodesic_of_an_ellipsoid(void **state)
     struct ad_error error = {0};
     place_on_ellipsoid(0.2, 0.1, q0);
     place_on_ellipsoid(0.9, 1.6, q1);
-    struct run r = run_of(&scene, "left", 33, 1, q0, q1);
+    struct constrained_path r = constrained_path(&scene, "left", 33, 1, q0, q1);
     phys_path_refine(&r.system, &r.settings, r.path, 0, 1e-10, &refined, &error);
     assert_int_equal(error.status, AD_E_ACCURACY); /* rule left has no such path */
     phys_refined_free(&refined);
@@ -214,7 +150,7 @@ static void a_geodesic_of_an_ellipsoid(void **state)
     assert_close(info.action, length * length / 2, 1e-10, 0);
     assert_int_equal(refined.spectrum.index, 0);
     phys_refined_free(&refined);
-    end(&r);
+    constrained_path_end(&r);
 }
 
 /* ---- a constraint that moves, and its order ---- */
@@ -224,10 +160,10 @@ static double error_on_wire(const char *rule, size_t slices, double *force_error
     const struct phys_scene scene = constrained_scene("wire", 2, constrained_coasts,
                                                       constrained_tilted, constrained_wire, 1, one);
     const double T = 1.2, r1 = cosh(2 * T);
-    struct run r = run_of(&scene, rule, slices, T, (double[]){1, 0},
-                          (double[]){r1 * cos(2 * T), r1 * sin(2 * T)});
+    struct constrained_path r = constrained_path(&scene, rule, slices, T, (double[]){1, 0},
+                                                 (double[]){r1 * cos(2 * T), r1 * sin(2 * T)});
     double most = 0;
-    found(&r);
+    constrained_path_found(&r);
     *force_error = 0;
     for (size_t i = 0; i < slices; i++) {
         const double at = 2 * (double)i * r.settings.dt, push = 8 * sinh(at);
@@ -238,7 +174,7 @@ static double error_on_wire(const char *rule, size_t slices, double *force_error
             *force_error = fmax(*force_error, fabs(r.found.force[d * slices + i] - f[d]));
         }
     }
-    end(&r);
+    constrained_path_end(&r);
     return most;
 }
 
@@ -273,10 +209,10 @@ static void a_closed_linkage(void **state)
     struct phys_system system = constrained_system(&scene);
     struct phys_motion_solution m = constrained_motion(&system, NULL, 0, 1e-11, 0.6);
     const size_t n = m.n;
-    struct run r = run_of(&scene, "gauss4", n, 0.6, m.x, m.x + 8 * (n - 1));
+    struct constrained_path r = constrained_path(&scene, "gauss4", n, 0.6, m.x, m.x + 8 * (n - 1));
     double *force = malloc(4 * n * sizeof *force), off[2];
     struct ad_error error = {0};
-    found(&r);
+    constrained_path_found(&r);
     assert_int_equal(phys_motion_reactions(&m, force, off, &error), AD_OK);
     for (size_t i = 0; i < n; i++)
         for (size_t d = 0; d < 4; d++) {
@@ -285,7 +221,7 @@ static void a_closed_linkage(void **state)
         }
     assert_int_equal(r.found.spectrum.index, 0);
     free(force);
-    end(&r);
+    constrained_path_end(&r);
     phys_motion_solution_free(&m);
     phys_system_close(&system);
 }
@@ -326,14 +262,14 @@ static void numbers_of_coordinates_do_not_matter(void **state)
     const struct phys_scene chain =
         constrained_scene("chain", LINKS, chained, at_rest, centred, 1, one);
     enum { SLICES = 15 };
-    struct run r[2];
+    struct constrained_path r[2];
     for (size_t k = 0; k < 2; k++) {
         double ends[2][LINKS] = {{0}};
         along = orders[k];
         for (size_t i = 0; i < LINKS; i++)
             ends[1][along[i]] = i < 3 ? 0.1 * (double)(i + 1) : -0.1 * (double)(LINKS - i);
-        r[k] = run_of(&chain, "gauss3", SLICES, 1.3, ends[0], ends[1]);
-        found(&r[k]);
+        r[k] = constrained_path(&chain, "gauss3", SLICES, 1.3, ends[0], ends[1]);
+        constrained_path_found(&r[k]);
     }
     assert_true(r[0].found.spectrum.index > 0);
     assert_int_equal(r[0].found.spectrum.index, r[1].found.spectrum.index);
@@ -341,76 +277,8 @@ static void numbers_of_coordinates_do_not_matter(void **state)
     for (size_t i = 0; i < LINKS; i++)
         for (size_t s = 0; s < SLICES; s++)
             assert_close(r[0].path[i * SLICES + s], r[1].path[orders[1][i] * SLICES + s], 0, 1e-10);
-    end(&r[0]);
-    end(&r[1]);
-}
-
-/* ---- what is refused ---- */
-
-static void refused(const struct phys_scene *scene, const double *q0, const double *q1,
-                    void change(struct phys_path_settings *), const char *says)
-{
-    struct run r = run_of(scene, "gauss2", 9, 1, q0, q1);
-    struct ad_error error;
-    if (change)
-        change(&r.settings);
-    const double before = r.path[4];
-    assert_int_equal(find(&r, &error), AD_E_ARGUMENT);
-    assert_mentions(error.message, says);
-    assert_true(r.path[4] == before);
-    end(&r);
-}
-
-static void hold_two(struct phys_path_settings *s) { s->hold = 2; }
-
-static void free_end(struct phys_path_settings *s)
-{
-    static const bool moves[3] = {true, false, false};
-    static struct phys_ends ends = {.size = sizeof ends, .free = {NULL, moves}};
-    s->ends = &ends;
-}
-
-static void what_cannot_be_is_refused(void **state)
-{
-    (void)state;
-    const struct phys_scene ball =
-                                constrained_scene("ball", 3, constrained_coasts, constrained_tilted,
-                                                  constrained_sphere, 1, one),
-                            same = constrained_scene("same", 3, constrained_coasts,
-                                                     constrained_tilted, twice, 2, two),
-                            fixed = constrained_scene("fixed", 2, constrained_coasts,
-                                                      constrained_tilted, twice, 2, two);
-    const double a[] = {0.6, 0, 0.8}, b[] = {0, 1, 0}, off[] = {1.2, 0, 1.6}, centre[3] = {0};
-    refused(&ball, a, off, NULL, "ball end surface g 1.5 0.6 0.8");
-    refused(&ball, off, b, NULL, "ball start surface g 1.5 0.6 0.8");
-    refused(&ball, centre, b, NULL, "ball surface gradient");
-    refused(&ball, a, b, hold_two, "ball constraints hold 2");
-    refused(&ball, a, b, free_end, "ball constraints free");
-    refused(&same, a, b, NULL, "same first second redundant");
-    refused(&fixed, a, b, NULL, "fixed 2 constraints 2 coordinates");
-    struct run r = run_of(&ball, "gauss2", 9, 1, a, b);
-    struct ad_error error = {0};
-    struct phys_path_info info;
-    assert_int_equal(phys_path_solve(phys_solver_find("adam", &error), &r.system, &r.settings,
-                                     r.path, &info, &error),
-                     AD_E_ARGUMENT);
-    assert_mentions(error.message, "ball constraints newton adam");
-    error = (struct ad_error){0};
-    assert_int_equal(phys_path_ranks_solve(NULL, phys_solver_find("newton", &error), &r.system,
-                                           &r.settings, r.path, &info, &error),
-                     AD_E_ARGUMENT);
-    assert_mentions(error.message, "ranks constraints");
-    end(&r);
-    /* a line between opposite points goes through the centre, where the sphere has no normal, or
-       jumps over it: each half of the nodes would rest */
-    for (size_t slices = 9; slices < 11; slices++) {
-        r = run_of(&ball, slices == 9 ? "gauss2" : "midpoint", slices, 1, a,
-                   (double[]){-0.6, 0, -0.8});
-        assert_int_equal(find(&r, &error), AD_E_NONFINITE);
-        assert_mentions(error.message,
-                        slices == 9 ? "ball constraints t 0.5" : "ball jumps t 0.55*");
-        end(&r);
-    }
+    constrained_path_end(&r[0]);
+    constrained_path_end(&r[1]);
 }
 
 int main(void)
@@ -421,7 +289,6 @@ int main(void)
         cmocka_unit_test(a_geodesic_of_an_ellipsoid),
         cmocka_unit_test(rules_keep_their_orders),
         cmocka_unit_test(a_closed_linkage),
-        cmocka_unit_test(what_cannot_be_is_refused),
         cmocka_unit_test(numbers_of_coordinates_do_not_matter),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
