@@ -3,7 +3,6 @@
 #include "lazy.h"
 
 #include <cblas.h>
-#include <complex.h>
 #include <lapack.h>
 
 #define cblas_dgemm AD_LAZY(ad_blas_load, cblas_dgemm)

@@ -3,7 +3,6 @@
 #include "internal.h"
 
 #include <math.h>
-#include <string.h>
 
 enum ad_status qm_tape_status(const ad_tape *tape, struct ad_error *error)
 {

@@ -4,7 +4,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* L, L_v and L_vv at all places, first with velocity 0, then with another one: [2 n] each. */
 struct look {

@@ -3,7 +3,6 @@
 #include "autodiff/internal.h"
 
 #include <malloc.h>
-#include <string.h>
 
 struct alloc alloc;
 

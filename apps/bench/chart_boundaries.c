@@ -5,7 +5,6 @@
 #include "physics/motion/motion.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 
 enum { ROUNDS = 5, N_PROBLEMS = 6 };

@@ -5,7 +5,6 @@
 #include "hnn/rollout/rollout.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 enum { TRIALS = 25, POINTS = PUBLISHED_BATCH / TRIALS, FIRST_STAGE = 4, STARTS = 5 };
 enum { MOST_STEPS = 1 << 14, MOST_STEPS_QUICK = 8 };

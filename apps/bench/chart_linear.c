@@ -6,7 +6,6 @@
 #include "apps/bench/measure/timing.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <unistd.h>
 
 enum { WAYS = 2, PAIR_SLICES = HAND_SLICES };

@@ -12,7 +12,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 static const double DURATION = 10; /* short enough for full steps of Newton from a line */
 enum { MOST = 4, SLICES = 8193, SLICES_QUICK = 1025, SUM_BLOCKS = 244, SUM_NUMBERS = 41000 };

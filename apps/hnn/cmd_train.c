@@ -4,8 +4,6 @@
 #include "apps/interrupt.h"
 #include "train.h"
 
-#include <string.h>
-
 static int train(struct train_run *run, struct ad_error *error)
 {
     const struct common *common = &run->options->common;

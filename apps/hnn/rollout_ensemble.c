@@ -2,7 +2,6 @@
    its own, and what they have in common: mean and spread of the motion and of its errors. */
 #include "autodiff/free.h"
 #include "apps/file_names.h"
-#include "apps/interrupt.h"
 #include "apps/output/figure.h"
 #include "apps/spread.h"
 #include "physics/io/fields.h"

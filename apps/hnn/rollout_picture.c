@@ -6,7 +6,6 @@
 #include "apps/output/figure.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 enum { ARROWS = 15, COLUMNS = 3, PANEL_HEIGHT = 330, ABOVE = 90 };
 

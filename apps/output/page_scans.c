@@ -2,7 +2,6 @@
    two. */
 #include "page_parts.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -3,7 +3,6 @@
 #include "autodiff/free.h"
 #include "scan_parts.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

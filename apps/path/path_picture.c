@@ -6,7 +6,6 @@
 #include "path.h"
 
 #include <math.h>
-#include <string.h>
 
 /* Blocks of the data file: the reference, the start, the frames, the path found, the solutions of
    --all, the history. */

@@ -7,7 +7,6 @@
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 static const double patience = 2; /* seconds after an error, in which the others fail alike */
 

@@ -4,7 +4,6 @@
 #include "autodiff/hash.h"
 #include "graph.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 static struct loc own_loc(const struct graph *g, uint32_t i)

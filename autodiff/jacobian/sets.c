@@ -4,7 +4,6 @@
 #include "jacobian.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum { CACHE = 1 << 16 };
 

@@ -2,7 +2,6 @@
 #include "writer.h"
 
 #include <stdarg.h>
-#include <string.h>
 
 void ad_native_say(const struct writer *w, const char *format, ...)
 {

@@ -8,7 +8,6 @@
 #include "writer.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum { MOST_TOGETHER = 512, MOST_SUMS_TOGETHER = 64 }; /* instructions; sums of a whole segment */
 

@@ -16,7 +16,6 @@
 #include "writer.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum { MAX_INSTRUCTIONS_BESIDE = 24 }; /* of a row; a longer row fills the processor by itself */
 

@@ -6,7 +6,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 const char *const hnn_differences_names[] = {"forward", "central", NULL};
 const char *const hnn_split_names[] = {"tail", "random", "trial", NULL};

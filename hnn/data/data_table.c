@@ -6,7 +6,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 const double *hnn_table_column(const struct hnn_table *table, size_t column)
 {

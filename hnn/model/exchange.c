@@ -3,7 +3,6 @@
 #include "exchange.h"
 #include "internal.h"
 #include "maps.h"
-#include "physics/io/names.h"
 
 #include <ctype.h>
 #include <errno.h>

@@ -5,7 +5,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum ad_status hnn_frames_new(struct hnn_frames *f, size_t trajectories, size_t frames,
                               size_t height, size_t width, struct ad_error *error)

@@ -3,7 +3,6 @@
 #include "autodiff/hash.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* A hash that identifies these samples. */
 static uint64_t hash_of(const struct hnn_data *data)

@@ -8,7 +8,6 @@
 #include "units.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* L at the points, on the tape of the action or on one of its own. */
 static ad_var lagrangian(struct phys_derivatives *d, const struct phys_system *system,

@@ -3,7 +3,6 @@
 #include "horizons_reader.h"
 
 #include <errno.h>
-#include <stdlib.h>
 #include <string.h>
 
 bool phys_horizons_open(struct horizons_reader *r, const char *file, struct phys_horizons *table,

@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { DAY = 86400, BODIES = PHYS_EPHEMERIS_PLANETS + 1, MOST_EVALUATIONS = 500000 };
 

@@ -5,7 +5,6 @@
 #include "autodiff/free.h"
 #include "cell_list.h"
 #include "physics/motion/motion.h"
-#include "physics/lagrangian/internal.h"
 #include "physics/scenes/scenes.h"
 #include "physics/scenes/gas.h"
 

@@ -2,7 +2,6 @@
 #include "names.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* "a, b, c"; "a, b, ..." where it does not fit. */

@@ -11,7 +11,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { FEWEST = 32, FINER = 512, MOST = 4096 }; /* elements on the way: finer for short steps */
 static const double FIRST = 0.02, LONGEST = 0.1, LEAST = 1e-6; /* steps: shares of the way */

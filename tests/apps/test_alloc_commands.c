@@ -8,7 +8,6 @@
 #include "shell.h"
 #include "apps/command.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>

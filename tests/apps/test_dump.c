@@ -6,7 +6,6 @@
 
 #include <hdf5.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 static void test_dump(void **state)

@@ -5,7 +5,6 @@
 #include "tests/mentions.h"
 
 #include <stdio.h>
-#include <string.h>
 
 /* Tables of three years, from a motion with relativity: headers of the real ones, rows of ours. */
 static int setup(void **state)

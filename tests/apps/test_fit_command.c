@@ -1,6 +1,5 @@
 /* leastaction fit: known motions, and the measured ones of tests/data. */
 #include "tests/close.h"
-#include "tests/files.h"
 #include "shell.h"
 #include "tests/mentions.h"
 

@@ -3,8 +3,6 @@
 #include "shell.h"
 #include "tests/mentions.h"
 
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define COMMON                                                                                     \

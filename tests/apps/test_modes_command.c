@@ -1,6 +1,5 @@
 /* leastaction modes: tables, files and pictures of one run, and what it refuses. */
 #include "tests/close.h"
-#include "tests/files.h"
 #include "shell.h"
 #include "tests/mentions.h"
 

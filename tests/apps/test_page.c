@@ -6,7 +6,6 @@
 #include "tests/mentions.h"
 
 #include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 

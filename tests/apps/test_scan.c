@@ -1,7 +1,6 @@
 /* --scan: the rows are those of single runs, in any order; what fails is told; misuse is refused.
  */
 #include "tests/close.h"
-#include "tests/files.h"
 #include "shell.h"
 #include "tests/mentions.h"
 

@@ -4,9 +4,6 @@
 #include "support.h"
 #include "tests/alloc.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 /* ---- jobs: every kind of node, so that every array of the tape and the compiler grows ---- */
 
 static ad_var pairs(ad_var q)

@@ -1,6 +1,5 @@
 /* Operations of one's own that fail: what a callback can do wrong, what checks find, and what is
  * refused. */
-#include "autodiff/derivatives.h"
 #include "support.h"
 
 #include <math.h>

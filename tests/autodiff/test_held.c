@@ -5,7 +5,6 @@
 #include "tests/mentions.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 enum { BODIES = 7, COLS = 300, PAIRS = BODIES * (BODIES - 1) / 2 };
 

@@ -4,7 +4,6 @@
 #include "support.h"
 #include "tests/mentions.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 enum { N = 1003, STEPS = 40 };

@@ -3,9 +3,6 @@
 #include "support.h"
 #include "tests/mentions.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 static void test_null_and_too_large(void **state)
 {
     (void)state;

@@ -29,7 +29,6 @@
 #include "physics/gas/order.h"
 #include "physics/stability/stability.h"
 #include "physics/fit/fit.h"
-#include "physics/stability/diagnostics.h"
 #include "physics/stability/periodic.h"
 #include "hnn/hnn.h"
 #include "hnn/data/data.h"

@@ -1,7 +1,6 @@
 /* Settings of optimisers, paths and motions: an enum outside its range, a number that is not set,
    NaN, negative or too large, a pointer that is missing, is refused with the name of the setting.
  */
-#include "autodiff/autodiff.h"
 #include "autodiff/optim.h"
 #include "physics/motion/solve.h"
 #include "physics/physics.h"

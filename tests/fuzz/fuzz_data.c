@@ -5,7 +5,6 @@
 #include "hnn/data/data.h"
 
 #include <math.h>
-#include <string.h>
 
 static void check_samples(const struct hnn_samples *samples, size_t states, size_t targets)
 {

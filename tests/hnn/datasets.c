@@ -4,7 +4,6 @@
 #include "tests/mentions.h"
 
 #include <stdio.h>
-#include <string.h>
 
 struct hnn_dataset dataset_of(const struct hnn_dataset_settings *settings)
 {

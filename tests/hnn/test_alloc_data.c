@@ -6,7 +6,6 @@
 #include "tests/close.h"
 #include "tests/files.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

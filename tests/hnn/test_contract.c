@@ -9,10 +9,6 @@
 #include "tests/mentions.h"
 #include "hnn/train/train_speed.h"
 
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 /* ---- G2: NULL, and names that there are not ---- */
 
 #define REFUSED(call)                                                                              \

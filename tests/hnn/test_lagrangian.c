@@ -7,7 +7,6 @@
 #include "hnn/rollout/rollout.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* ---- accelerations ---- */
 

@@ -5,8 +5,6 @@
 #include "hnn/pixels/latent.h"
 #include "tests/mentions.h"
 
-#include <string.h>
-
 enum { FRAME = 6, PIXELS = 2 * FRAME, N = 21 };
 
 static hnn_model *model_of(enum hnn_kind kind, enum ad_type precision)

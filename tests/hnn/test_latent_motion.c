@@ -5,7 +5,6 @@
 #include "tests/close.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { SIDE = 6, AREA = SIDE * SIDE, FRAMES = 12 };

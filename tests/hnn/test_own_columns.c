@@ -1,5 +1,4 @@
 /* Data sets from columns in memory. */
-#include "small.h"
 #include "tests/close.h"
 #include "tests/files.h"
 #include "hnn/data/data.h"

@@ -7,7 +7,6 @@
 #include "hnn/train/train.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 struct half {
     size_t at; /* step after which the run is cut */

@@ -6,8 +6,6 @@
 #include "hnn/rollout/rollout.h"
 #include "tests/mentions.h"
 
-#include <string.h>
-
 enum { POINTS = 40 };
 
 struct world {

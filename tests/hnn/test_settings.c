@@ -6,8 +6,6 @@
 #include "tests/mentions.h"
 
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 /* ---- G5: numbers that are none of an enum ---- */
 

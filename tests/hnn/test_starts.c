@@ -5,7 +5,6 @@
 #include "tests/close.h"
 #include "tests/mentions.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 static const struct hnn_block *find(const hnn_model *model, const char *name)

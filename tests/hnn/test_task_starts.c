@@ -1,7 +1,6 @@
 /* Starts of the published systems: circles, circular orbits, speeds, seeds. */
 #include "observed.h"
 #include "tests/close.h"
-#include "tests/files.h"
 
 static void assert_between(double x, double low, double high)
 {

@@ -6,7 +6,6 @@
 #include "tests/mentions.h"
 
 #include <stdio.h>
-#include <string.h>
 
 enum { STATES_MOST = 12 };
 

@@ -5,7 +5,6 @@
 #include "physics/integrators/stepper.h"
 
 #include <string.h>
-#include <stdlib.h>
 
 enum { ORDER = 8, STAGES = 16, TREES = 200 }; /* 1 + 1 + 2 + 4 + 9 + 20 + 48 + 115 trees */
 

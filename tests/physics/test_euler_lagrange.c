@@ -1,6 +1,5 @@
 /* Motion from L: accelerations against formulas by hand, the published paths, known orbits. */
 #include "published.h"
-#include "physics/ode/internal.h"
 #include "physics/physics.h"
 #include "tests/close.h"
 #include "tests/mentions.h"

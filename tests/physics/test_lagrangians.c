@@ -1,5 +1,4 @@
 /* Every Lagrangian against differences, slice locality and known energies. */
-#include "published.h"
 #include "systems.h"
 #include "tests/close.h"
 #include "tests/mentions.h"

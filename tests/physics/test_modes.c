@@ -5,7 +5,6 @@
 #include "tests/mentions.h"
 
 #include <math.h>
-#include <string.h>
 
 static ad_var scaled(ad_var x, double by) { return ad_mul(x, by); }
 

@@ -1,6 +1,5 @@
 /* Variations of motions: against differences of motions, the symplectic form, and exponents that
    are known. */
-#include "motion.h"
 #include "tests/physics/systems.h"
 #include "tests/close.h"
 #include "physics/physics.h"

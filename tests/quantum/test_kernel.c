@@ -3,7 +3,6 @@
 #include "tests/mentions.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 static const struct parameter weightless[] = {{"g", 0}};
 

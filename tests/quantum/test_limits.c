@@ -4,7 +4,6 @@
 #include "physics/physics.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* ---- tunnelling ---- */
 

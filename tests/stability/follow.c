@@ -3,8 +3,6 @@
 #include "tests/close.h"
 #include "tests/mentions.h"
 
-#include <string.h>
-
 void follow_open(struct motion *m, const char *scene, const char *parameter, double value)
 {
     motion_open(m, scene, false, (const struct phys_setting[]){{parameter, value}, {NULL, 0}});

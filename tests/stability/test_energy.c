@@ -1,14 +1,12 @@
 /* The ends do not determine the energy: a pendulum, g = l = 1, from theta = 0 to theta = 0 in t =
    10, may rest or swing with any of three energies. (All four, with digits:
    tests/physics/path/test_path_all.c.) A descent that starts on one swing ends on another. */
-#include "follow.h"
 #include "physics/physics.h"
 #include "tests/apps/shell.h"
 #include "tests/close.h"
 #include "tests/mentions.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum { SLICES = 101 };
 

@@ -1,5 +1,4 @@
 /* Messages of the command for the failures in this folder: what failed, where, what to try. */
-#include "follow.h"
 #include "tests/apps/shell.h"
 #include "tests/close.h"
 #include "tests/mentions.h"

@@ -6,7 +6,6 @@
 #include "hand.h"
 
 #include <stdbool.h>
-#include <stddef.h>
 
 #if defined __x86_64__ && !defined AD_ONLY_BASE
 

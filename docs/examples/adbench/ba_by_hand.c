@@ -3,7 +3,6 @@
 #include "adbench.h"
 
 #include <math.h>
-#include <string.h>
 
 enum { CAMERA = 11, ROW = 14 };
 

@@ -4,7 +4,6 @@
 #include "physics/io/grow.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 static const double FINE = 0.1; /* cells of integrals */
 

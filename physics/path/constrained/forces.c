@@ -4,7 +4,6 @@
 #include "surface.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum ad_status phys_surface_velocity(const struct phys_system *system, const double *q, double t,
                                      double *v, struct ad_error *error)

@@ -4,7 +4,6 @@
 #include "apps/bench/hand/hand.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum { N = HAND_SLICES, MAX_DOF = 100 };
 

@@ -2,7 +2,6 @@
    rollouts together are those of each; misuse is refused. */
 #include "tests/apps/shell.h"
 #include "tests/close.h"
-#include "tests/files.h"
 #include "tests/mentions.h"
 #include "hnn/hnn.h"
 

@@ -1,5 +1,4 @@
 /* A charge in a plane and in a magnetic field, whose potential depends on the velocity (F6). */
-#include "autodiff/autodiff.h"
 #include "physics/physics.h"
 
 static enum ad_status start(const void *params, uint64_t seed, double *q, double *v,

@@ -1,6 +1,5 @@
 /* Two oscillators of frequencies a and b from the surface x = 0, and c (x^2 y - y^3 / 3): Henon and
    Heiles with a = b = c = 1. */
-#include "autodiff/autodiff.h"
 #include "physics/physics.h"
 
 #include <stddef.h>

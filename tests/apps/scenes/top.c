@@ -1,6 +1,5 @@
 /* A symmetric top under gravity. */
 #include <physics/physics.h>
-#include <math.h>
 #include <stddef.h>
 struct par {
     double I1;

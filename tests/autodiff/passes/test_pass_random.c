@@ -4,7 +4,6 @@
    several threads and in runs again. By hand: test_pass_random PROGRAMS SEED. */
 #include "tests/autodiff/support.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 
 enum { ROWS = 4, MOST = 120, INPUTS = 5, OUTPUTS = 9, SQUARE = 4, LEAST_COLUMNS = 96 };

@@ -1,11 +1,9 @@
 /* Loops against the same steps unrolled: values and derivatives of three orders, in both types,
    interpreted, as machine code and on threads, whatever number of states is stored. */
-#include "autodiff/derivatives.h"
 #include "autodiff/scan/scan.h"
 #include "tests/native.h"
 #include "scan_cases.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

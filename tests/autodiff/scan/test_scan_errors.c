@@ -1,5 +1,4 @@
 /* Loops that are refused, and errors that name the step. */
-#include "autodiff/derivatives.h"
 #include "scan_cases.h"
 
 #include <string.h>

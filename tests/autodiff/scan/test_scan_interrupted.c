@@ -2,8 +2,6 @@
    compiled and directly. */
 #include "scan_cases.h"
 
-#include <stdlib.h>
-
 struct asked {
     size_t times, last; /* how often so far; how often it may go on */
 };

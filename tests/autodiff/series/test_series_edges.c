@@ -1,6 +1,5 @@
 /* Power series at branches, numbers, extreme values and values in common; refusals. */
 #include "autodiff/series.h"
-#include "autodiff/derivatives.h"
 #include "tests/close.h"
 
 #include <math.h>

@@ -6,7 +6,6 @@
 #include "tests/mentions.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 static void bodies_are_chosen_by_name_or_id(void **state)
 {

@@ -5,7 +5,6 @@
 #include "tests/mentions.h"
 #include "horizons_text.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -8,7 +8,6 @@
 #include "tests/mentions.h"
 
 #include <hdf5.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

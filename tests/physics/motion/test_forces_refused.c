@@ -1,7 +1,6 @@
 /* Forces outside of L: what knows L alone refuses them, and callbacks of another shape are named.
  */
 #include "tests/physics/systems.h"
-#include "tests/close.h"
 #include "tests/mentions.h"
 
 static ad_var spring(ad_var q, ad_var v, ad_var t, const void *params)

@@ -1,7 +1,6 @@
 /* Taylor series of motions of scenes: against closed forms, another method, and themselves
    backwards. */
 #include "tests/physics/motion.h"
-#include "tests/physics/systems.h"
 #include "tests/close.h"
 #include "physics/physics.h"
 

@@ -3,9 +3,6 @@
 #include "own.h"
 #include "tests/close.h"
 
-#include <float.h>
-#include <string.h>
-
 static const char *const taylor = "taylor";
 
 static ad_var driven(ad_var q, ad_var v, ad_var t, const void *params)

@@ -3,7 +3,6 @@
 #include "tests/close.h"
 
 #include <limits.h>
-#include <string.h>
 
 static const char *const taylor = "taylor";
 

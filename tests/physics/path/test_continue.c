@@ -1,6 +1,5 @@
 /* phys_path_continue: branches with closed forms, folds and bifurcations at known values. */
 #include "physics/path/internal.h"
-#include "tests/physics/published.h"
 #include "tests/close.h"
 
 #include <math.h>

@@ -4,7 +4,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* From (0, 10) to (x1, 5), g = 9.80665, from a straight chute and a wrong time: with x1 = 30 the
    curve dips below its end, and Newton's method alone ends on another path. */

@@ -3,12 +3,9 @@
 #include "physics/path/all/grid_independence.h"
 #include "physics/path/newton.h"
 #include "tests/physics/published.h"
-#include "tests/physics/systems.h"
 #include "tests/close.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 /* Around a centre a body can go either way; half a period apart, both are found. */
 static void two_ways_around_a_centre(void **state)

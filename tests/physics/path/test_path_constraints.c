@@ -5,7 +5,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 static const char *const one[] = {"surface"}, *const three[] = {"crank", "coupler", "rocker"};
 

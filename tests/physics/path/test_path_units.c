@@ -3,7 +3,6 @@
 #include "tests/close.h"
 
 #include <math.h>
-#include <string.h>
 
 /* Two springs that know nothing of each other, the faster one in a unit of its own. */
 static double unit;
