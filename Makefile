@@ -210,7 +210,9 @@ $(foreach t,f32 f64,$(foreach i,$(ISAS),$(eval $(call kernel_rule,$(t),$(i)))))
 $(foreach t,f32 f64,$(eval $(call sweep_rule,$(t))))
 $(foreach f,$(HAND:%.c=%),$(foreach i,$(ISAS),$(eval $(call hand_rule,$(f),$(i)))))
 
+ifneq ($(MAKECMDGOALS),test) # which leaves the building to a second make
 -include $(shell find $(BUILD) -name '*.d' 2>/dev/null)
+endif
 
 # ---- link ----
 
