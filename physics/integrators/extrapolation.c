@@ -70,20 +70,11 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
 static enum ad_status error_norm(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                                  double *norm, struct ad_error *error)
 {
-    const double *T = s->work;
-    double sum = 0, worst = -1;
+    double *T = s->work;
     (void)error;
-    for (size_t k = 0; k < s->n; k++) {
-        double e = T[k] - T[s->n + k];
-        double x =
-            e == 0 ? 0 : e / phys_allowed(tolerance, k, fmax(fabs(s->y[k]), fabs(s->next[k])));
-        sum += x * x;
-        if (!(fabs(x) <= worst)) {
-            worst = fabs(x);
-            s->worst = k;
-        }
-    }
-    *norm = sqrt(sum / (double)s->n);
+    for (size_t k = 0; k < s->n; k++)
+        T[k] -= T[s->n + k];
+    *norm = sqrt(phys_stepper_mean_square(s, tolerance, T));
     return AD_OK;
 }
 

@@ -79,22 +79,15 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
     return AD_OK;
 }
 
-/* Mean square of the scaled error with these weights; the worst component is kept. */
+/* Mean square of the scaled error with these weights. */
 static double mean_square(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                           const double *weights)
 {
-    double *e = stage_point(s), sum = 0, worst = -1;
+    double *e = stage_point(s);
     combine(s, table_of(s->integrator)->stages + 1, weights, e);
-    for (size_t k = 0; k < s->n; k++) {
-        double allowed = phys_allowed(tolerance, k, fmax(fabs(s->y[k]), fabs(s->next[k])));
-        double x = e[k] == 0 ? 0 : s->h * e[k] / allowed;
-        sum += x * x;
-        if (!(fabs(x) <= worst)) {
-            worst = fabs(x);
-            s->worst = k;
-        }
-    }
-    return sum / (double)s->n;
+    for (size_t k = 0; k < s->n; k++)
+        e[k] *= s->h;
+    return phys_stepper_mean_square(s, tolerance, e);
 }
 
 /* With two estimates, e5 sqrt(e5 / (e5 + e3 / 100)), of order 8 where e3 dominates (ibid., section

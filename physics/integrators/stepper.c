@@ -160,3 +160,20 @@ void phys_stepper_at(const struct phys_stepper *s, double theta, double *y)
     for (size_t k = 0; k < s->n; k++)
         y[k] += s->y[k];
 }
+
+double phys_stepper_mean_square(struct phys_stepper *s, const struct phys_tolerance *tolerance,
+                                const double *e)
+{
+    double sum = 0, worst = -1;
+    for (size_t k = 0; k < s->n; k++) {
+        double x = e[k] == 0
+                       ? 0
+                       : e[k] / phys_allowed(tolerance, k, fmax(fabs(s->y[k]), fabs(s->next[k])));
+        sum += x * x;
+        if (!(fabs(x) <= worst)) {
+            worst = fabs(x);
+            s->worst = k;
+        }
+    }
+    return sum / (double)s->n;
+}

@@ -76,6 +76,11 @@ void phys_stepper_accept(struct phys_stepper *s, double t);
 enum ad_status phys_stepper_dense(struct phys_stepper *s, struct ad_error *error);
 void phys_stepper_at(const struct phys_stepper *s, double theta, double *y);
 
+/* Mean square of the errors e[n] of the step in units of what is allowed; s->worst is the largest.
+ */
+double phys_stepper_mean_square(struct phys_stepper *s, const struct phys_tolerance *tolerance,
+                                const double *e);
+
 /* What component k may err in a step. */
 static inline double phys_allowed(const struct phys_tolerance *tolerance, size_t k, double y)
 {

@@ -2,6 +2,7 @@
 #include "tests/close.h"
 #include "tests/mentions.h"
 #include "motion.h"
+#include "physics/integrators/stepper.h"
 
 #include <string.h>
 
@@ -266,6 +267,36 @@ static void test_users_field_that_ends(void **state)
     assert_close(m.y[0], exp(1), 1e-7, 0);
 }
 
+/* y1 and y3 grow slowly, the component that context points to explodes. */
+static enum ad_status one_explodes(void *context, double t, const double *y, double *rate,
+                                   struct ad_error *error)
+{
+    (void)t, (void)error;
+    for (size_t k = 0; k < 3; k++)
+        rate[k] = k == *(size_t *)context ? y[k] * y[k] : 0.01 * y[k];
+    return AD_OK;
+}
+
+static void test_the_worst_component_is_named(void **state)
+{
+    (void)state;
+    struct ad_error error = {0};
+    const struct phys_integrator *methods[] = {phys_integrator_find("dopri5", &error),
+                                               phys_integrator_find("dop853", &error),
+                                               &phys_extrapolation};
+    for (size_t i = 0; i < LENGTH(methods); i++)
+        for (size_t k = 0; k < 3; k++) {
+            static const char *const names[] = {"y1", "y2", "y3"};
+            struct motion m = {.ode = {.n = 3, .field = one_explodes, .context = &k},
+                               .y = {1, 1, 1}};
+            motion_run_by(&m, methods[i], 1e-8, 2, AD_E_ACCURACY);
+            assert_mentions(m.error.message, names[k]);
+            m = (struct motion){.ode = m.ode, .y = {1, 1, 1}, .settings = {.max_steps = 3}};
+            motion_run_by(&m, methods[i], 1e-8, 2, AD_E_ACCURACY);
+            assert_mentions(m.error.message, names[k]);
+        }
+}
+
 static void test_floor_and_most_steps(void **state)
 {
     (void)state;
@@ -310,6 +341,7 @@ int main(void)
         cmocka_unit_test(test_backwards),
         cmocka_unit_test(test_tolerance),
         cmocka_unit_test(test_users_field_that_ends),
+        cmocka_unit_test(test_the_worst_component_is_named),
         cmocka_unit_test(test_floor_and_most_steps),
         cmocka_unit_test(test_not_finite),
     };
