@@ -101,6 +101,13 @@ static void test_refusals(void **state)
         hnn_pixels_predict(model, pixels, &s, PIXELS + 1, &path, frames, &info, &error),
         AD_E_ARGUMENT);
     assert_null(path.x);
+    error = (struct ad_error){0};
+    double x[2] = {0.1, 0.2};
+    float shown[PIXELS + 1];
+    const struct hnn_path one = {.n = 1, .states = 2, .x = x};
+    assert_int_equal(hnn_show(model, &one, PIXELS, shown, &error), AD_OK);
+    assert_int_equal(hnn_show(model, &one, PIXELS + 1, shown, &error), AD_E_ARGUMENT);
+    assert_mentions(error.message, "12 13");
     hnn_model_free(model);
     hnn_model_free(of_states);
 }

@@ -1,5 +1,6 @@
 /* Loops that are refused, and errors that name the step. */
 #include "scan_cases.h"
+#include "tests/mentions.h"
 
 #include <string.h>
 
@@ -50,16 +51,17 @@ static void test_checked(void **state)
     ad_tape_free(m.tape);
 }
 
+/* The message has these names, at least that of the operation. */
 static void refused(const struct ad_body *of, enum ad_type type, size_t steps, size_t cols,
-                    enum ad_status status)
+                    enum ad_status status, const char *names)
 {
     ad_tape *tape = ad_tape_new(type);
     ad_var s = ad_input(tape, 3, 2, "s"), in = ad_input(tape, 3, cols, "in"), last, out;
     ad_var w[] = {ad_input(tape, 3, 3, "w"), ad_input(tape, 3, 1, "b")};
     assert_int_equal(ad_scan(tape, of, steps, &s, &in, w, &last, &out), status);
     assert_int_equal(ad_tape_error(tape)->status, status);
-    if (status != AD_OK)
-        assert_non_null(strstr(ad_tape_error(tape)->message, "scan"));
+    assert_mentions(ad_tape_error(tape)->message, status == AD_OK ? "" : "scan");
+    assert_mentions(ad_tape_error(tape)->message, names);
     ad_tape_free(tape);
 }
 
@@ -72,30 +74,33 @@ static void test_refusals(void **state)
     struct ad_body wrong = of;
     ad_var foreign = ad_input(other, 3, 2, "x"), constant = ad_scalar(body, 1),
            narrow = ad_col(v.state[0], 0);
-    refused(&of, AD_F64, 4, 8, AD_OK);
-    refused(&of, AD_F64, 4, 9, AD_E_SHAPE);
-    refused(&of, AD_F64, 0, 8, AD_E_ARGUMENT);
-    refused(&of, AD_F64, (size_t)1 << 40, 8, AD_E_ARGUMENT);
-    refused(&of, AD_F32, 4, 8, AD_E_ARGUMENT);
-    refused(NULL, AD_F64, 4, 8, AD_E_ARGUMENT);
+    refused(&of, AD_F64, 4, 8, AD_OK, "");
+    refused(&of, AD_F64, 4, 9, AD_E_SHAPE, "input of steps 0 8");
+    refused(&of, AD_F64, 0, 8, AD_E_ARGUMENT, "0 steps");
+    refused(&of, AD_F64, (size_t)1 << 40, 8, AD_E_ARGUMENT, "steps");
+    refused(&of, AD_F32, 4, 8, AD_E_ARGUMENT, "type");
+    refused(NULL, AD_F64, 4, 8, AD_E_ARGUMENT, "body");
     wrong.state = &foreign;
-    refused(&wrong, AD_F64, 4, 8, AD_E_TAPE);
+    refused(&wrong, AD_F64, 4, 8, AD_E_TAPE, "state 0");
     wrong.state = &constant;
-    refused(&wrong, AD_F64, 4, 8, AD_E_ARGUMENT);
+    refused(&wrong, AD_F64, 4, 8, AD_E_ARGUMENT, "state 0");
     wrong.state = v.in; /* twice */
-    refused(&wrong, AD_F64, 4, 8, AD_E_ARGUMENT);
+    refused(&wrong, AD_F64, 4, 8, AD_E_ARGUMENT, "input of a step 0 before");
     wrong = of;
     wrong.next = &narrow;
-    refused(&wrong, AD_F64, 4, 8, AD_E_SHAPE);
+    refused(&wrong, AD_F64, 4, 8, AD_E_SHAPE, "next state 0");
     wrong = of;
     wrong.n_shared = 1; /* an input nobody sets */
-    refused(&wrong, AD_F64, 4, 8, AD_E_ARGUMENT);
+    refused(&wrong, AD_F64, 4, 8, AD_E_ARGUMENT, "operation 4");
+    wrong = of;
+    wrong.n_state = 0; /* nor this one */
+    refused(&wrong, AD_F64, 4, 8, AD_E_ARGUMENT, "operation 1");
     wrong = of;
     wrong.next = NULL;
-    refused(&wrong, AD_F64, 4, 8, AD_E_TAPE);
+    refused(&wrong, AD_F64, 4, 8, AD_E_TAPE, "next state 0");
     ad_matmul(foreign, false, foreign, false);
     wrong.tape = other;
-    refused(&wrong, AD_F64, 4, 8, AD_E_SHAPE); /* the error of the body */
+    refused(&wrong, AD_F64, 4, 8, AD_E_SHAPE, "body"); /* the error of the body */
     assert_int_equal(ad_scan(NULL, &of, 1, NULL, NULL, NULL, NULL, NULL), AD_E_TAPE);
     ad_tape_free(body);
     ad_tape_free(other);

@@ -80,6 +80,17 @@ static void what_comes_back_to_zero_has_an_error(void **state)
     end(&s);
 }
 
+/* Of the largest coordinate at the start, not of the first or last: (1 - e, 0). */
+static void steps_begin_at_a_thousandth_of_the_error(void **state)
+{
+    (void)state;
+    const struct phys_motion_settings motion = {.size = sizeof motion, .time = 1, .error = 1e-6};
+    struct solved s = solve("kepler", "e", 0.3, &motion);
+    for (size_t i = 0; i < MEMBERS; i++)
+        assert_close(s.e.member[i].tolerance, 1e-9 / (1 - 0.3 * (1 + 0.1 * (double)i)), 1e-9, 0);
+    end(&s);
+}
+
 /* After some steps of the members. */
 static bool some_steps(void *context) { return ++*(size_t *)context < 60; }
 
@@ -108,6 +119,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(errors_are_those_between_samples),
         cmocka_unit_test(what_comes_back_to_zero_has_an_error),
+        cmocka_unit_test(steps_begin_at_a_thousandth_of_the_error),
         cmocka_unit_test(an_interruption_counts_who_is_complete),
     };
     return cmocka_run_group_tests(tests, native_open_quick, native_remove_cache);

@@ -142,6 +142,28 @@ static void a_singular_root_alone_is_no_family(void **state)
     }
 }
 
+/* Boxes that a family runs through are not divided down to points: that takes 1.3e6 steps. */
+static void families_are_cheap(void **state)
+{
+    const double from[] = {1, 0.2}, to[] = {-1, 0.5};
+    const struct phys_scene scene = plane(oscillator);
+    struct phys_system system;
+    struct ad_error error = {0};
+    struct phys_end_map map;
+    struct phys_end_roots roots = {0};
+    (void)state;
+    stiffness = 2;
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    assert_int_equal(phys_end_map_new(&map, &system, from, to, M_PI, 1, &error), AD_OK);
+    struct phys_covering covering = {.map = &map, .outer = 3, .roots = &roots, .steps = 200000};
+    assert_int_equal(phys_cover(&covering, &error), AD_OK);
+    print_message("%zu steps, %zu roots, undecided %g\n", map.steps, roots.n, covering.undecided);
+    assert_true(map.steps < 20000 && roots.n > 0 && covering.undecided == 0);
+    free(roots.root);
+    phys_end_map_free(&map);
+    phys_system_close(&system);
+}
+
 /* Velocities with which one pendulum gets from a to b: roots of a dense scan. */
 static size_t count_swings(double a, double b, double time, double fastest)
 {
@@ -216,6 +238,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(families_are_one_entry),
         cmocka_unit_test(a_singular_root_alone_is_no_family),
+        cmocka_unit_test(families_are_cheap),
         cmocka_unit_test(claims_hold_where_the_number_is_known),
         cmocka_unit_test(an_ended_search_lists_its_paths),
     };
