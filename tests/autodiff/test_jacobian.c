@@ -57,6 +57,9 @@ static void test_jacobian_of_structures(void **state)
             assert_int_equal(ad_jacobian_new(y, 2, x, &J), AD_OK);
             assert_int_equal(ad_tape_size(t), before);
             assert_jacobian(J, y, 2, x, (const double *const *)at, type ? 1e-13 : 1e-5);
+            const struct ad_sparse *m = ad_jacobian_matrix(J);
+            for (size_t i = 0; s->nature == LINEAR && i < m->start[m->rows]; i++)
+                assert_true(m->value[i] != 0); /* the pattern has no more than there is */
             ad_jacobian_free(J);
             free(at[0]);
             free(at[1]);

@@ -63,6 +63,21 @@ static struct phys_fit fitted(const struct phys_system *system, const struct mea
     return fit;
 }
 
+/* Root mean squares of the residuals of each component, by the definition. */
+static void assert_rms(const struct phys_fit *fit, const struct measured *m, size_t d)
+{
+    for (size_t i = 0; i < 2 * d; i++) {
+        const bool held = i >= d;
+        double sum = 0, n = 0;
+        for (size_t k = 0; k < m->data.n; k++)
+            if (fit->held[k] == held) {
+                sum += pow(m->x[k * d + i % d] - fit->model[k * d + i % d], 2);
+                n++;
+            }
+        assert_close((held ? fit->held_rms : fit->rms)[i % d], sqrt(sum / n), 1e-12, 0);
+    }
+}
+
 static struct phys_system spring(double k, double damping, double rest)
 {
     struct phys_system system = system_opened("spring");
@@ -201,6 +216,9 @@ static void starts_of_the_scene_are_followed(void **state)
         assert_true(fabs(fit.value[k] - truth[k]) < 4 * fit.deviation[k]);
     assert_close(fit.held_rms[0], noise[0], 0.5, 0);
     assert_close(fit.held_rms[3], noise[1], 0.5, 0);
+    assert_rms(&fit, &m, 4);
+    for (size_t i = 0; i < 4; i++)
+        assert_close(fit.noise[i], noise[i >= 2], 0.2, 0);
     phys_fit_free(&fit);
     phys_system_close(&system);
 }

@@ -69,13 +69,20 @@ static ad_var product(ad_var q, ad_var v, ad_var t, const void *params)
     return ad_mul(q, v);
 }
 
-/* q v = -sin(2 t)/2. */
+static ad_var twice_energy(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_add(ad_square(q), ad_square(v));
+}
+
+/* q v = -sin(2 t)/2; what is constant crosses nothing, and takes no other's crossings with it. */
 static void observables_cross_values(void **state)
 {
-    static const struct phys_observable table[] = {{"half", "", product}, {"qv", "", product}};
+    static const struct phys_observable table[] = {
+        {"half", "", product}, {"qv", "", product}, {"ee", "", twice_energy}};
     struct phys_system spring, system;
     struct phys_motion_solution motion;
-    struct phys_crossing crossing;
+    struct phys_crossing crossing[2];
     struct ad_error error = {0};
     const double one = 1, zero = 0;
     (void)state;
@@ -86,24 +93,26 @@ static void observables_cross_values(void **state)
     phys_system_make(&scene, &system, &error);
     phys_system_set(&system, "m", 1, &error);
     phys_system_set(&system, "k", 1, &error);
-    assert_int_equal(phys_crossing_read(&system, "qv=0.25", &crossing, &error), AD_OK);
+    assert_int_equal(phys_crossing_read(&system, "qv=0.25", &crossing[0], &error), AD_OK);
+    assert_int_equal(phys_crossing_read(&system, "ee=1", &crossing[1], &error), AD_OK);
     const struct phys_motion_settings settings = {.size = sizeof settings,
                                                   .time = 6.2,
                                                   .q = &one,
                                                   .v = &zero,
                                                   .error = 1e-10,
-                                                  .n_crossings = 1,
-                                                  .crossings = &crossing};
+                                                  .n_crossings = 2,
+                                                  .crossings = crossing};
     assert_int_equal(phys_motion_solve(&system, &settings, &motion, &error), AD_OK);
     const struct phys_crossed *c = &motion.crossed;
     assert_int_equal(c->n, 4);
+    assert_true(c->constant[1] && !c->constant[0]);
     for (size_t k = 0; k < c->n; k++) {
         const double t = (k % 2 ? 11 : 7) * M_PI / 12 + M_PI * (double)(k / 2);
         assert_close(c->t[k], t, 0, 1e-9);
         assert_true(fabs(c->t[k] - t) <= c->uncertainty[k] + 1e-14);
     }
     phys_motion_solution_free(&motion);
-    assert_int_equal(phys_crossing_read(&system, "qvv=1", &crossing, &error), AD_E_ARGUMENT);
+    assert_int_equal(phys_crossing_read(&system, "qvv=1", crossing, &error), AD_E_ARGUMENT);
     assert_mentions(error.message, "qvv observable");
     phys_system_close(&system);
     phys_system_close(&spring);
