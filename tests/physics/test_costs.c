@@ -1,0 +1,161 @@
+/* What results cost: steps and evaluations of every method on problems that are told apart by them,
+   to 4 %. Choices that no result shows (first steps, orders, guesses, when to give up) show here. A
+   change that costs less changes the table. */
+#include "motion.h"
+#include "systems.h"
+#include "tests/close.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* [0] where nothing else is said: calls of `proceed`. */
+enum { COSTS = 3 };
+
+static size_t asked;
+
+static bool goes_on(void *context)
+{
+    (void)context;
+    asked++;
+    return true;
+}
+
+struct row {
+    const char *what;
+    double setting, time, cost[COSTS];
+};
+
+static void compare(const char *name, const struct row *row, const double cost[COSTS])
+{
+    bool same = true;
+    for (size_t k = 0; k < COSTS; k++)
+        same = same && is_close(cost[k], row->cost[k], 0.04, 1.5);
+    print_message("{\"%s\", %g, %g, {%g, %g, %g}},\n", row->what, row->setting, row->time, cost[0],
+                  cost[1], cost[2]);
+    if (!same)
+        fail_msg("%s of %s: %g, %g, %g; expected %g, %g, %g", name, row->what, cost[0], cost[1],
+                 cost[2], row->cost[0], row->cost[1], row->cost[2]);
+}
+
+/* Steps, steps rejected, evaluations of "SCENE METHOD", by a tolerance or a step. */
+static void motions(void **state)
+{
+    static const struct row rows[] = {
+        {"kepler dopri5", 1e-5, 20, {70, 20, 542}},
+        {"kepler dopri5", 1e-10, 6, {159, 0, 956}},
+        {"kepler dop853", 1e-5, 20, {38, 13, 600}},
+        {"kepler dop853", 1e-12, 20, {214, 39, 2998}},
+        {"kepler taylor", 1e-5, 20, {53, 0, 702}},
+        {"kepler taylor", 1e-14, 20, {89, 0, 2160}},
+        {"arenstorf dopri5", 1e-6, 17, {118, 17, 812}},
+        {"arenstorf dop853", 1e-9, 17, {116, 37, 1800}},
+        {"arenstorf taylor", 1e-12, 17, {99, 0, 2100}},
+        {"dblpend dopri5", 1e-4, 8, {25, 9, 206}},
+        {"dblpend dop853", 1e-8, 8, {51, 19, 822}},
+        {"dblpend taylor", 1e-12, 8, {59, 0, 1260}},
+        {"fall dop853", 1e-9, 1.1, {20, 18, 439}},
+        {"fall taylor", 1e-9, 1.1, {13, 0, 252}},
+        {"dblpend gauss2", 0.02, 4, {200, 0, 3013}},
+        {"dblpend gauss4", 0.3, 6, {20, 0, 1152}},
+        {"dblpend implicit-midpoint", 0.01, 2, {200, 0, 1433}},
+        {"kepler gauss3", 0.1, 10, {100, 0, 2866}},
+        {"kepler gauss5", 0.4, 10, {25, 0, 1848}},
+        {"pendulum variational-left", 0.05, 10, {200, 0, 601}},
+        {"dblpend variational-midpoint", 0.02, 2, {100, 0, 452}},
+        {"dblpend variational-trapezoid", 0.02, 2, {100, 0, 453}},
+        {"kepler variational-gauss2", 0.1, 5, {50, 0, 209}},
+        {"dblpend variational-gauss3", 0.1, 3, {30, 0, 160}},
+        {"pendulum variational-gauss4", 0.5, 10, {20, 0, 81}},
+    };
+    (void)state;
+    for (size_t r = 0; r < LENGTH(rows); r++) {
+        struct motion m;
+        char scene[32], method[32];
+        sscanf(rows[r].what, "%31s %31s", scene, method);
+        motion_open(&m, scene, strncmp(method, "variational", 11) == 0, NULL);
+        motion_run(&m, method, rows[r].setting, rows[r].time, AD_OK);
+        compare(
+            "cost", &rows[r],
+            (double[]){(double)m.info.steps, (double)m.info.rejected, (double)m.info.evaluations});
+        motion_close(&m);
+    }
+}
+
+/* Trials, evaluations of the last and of all, for a required error. */
+static void required_errors(void **state)
+{
+    static const struct row rows[] = {
+        {"kepler", 1e-6, 10, {1, 595, 4221}},    {"kepler", 1e-11, 10, {1, 1012, 4247}},
+        {"dblpend", 1e-3, 5, {1, 390, 4076}},    {"dblpend", 1e-9, 5, {1, 792, 4107}},
+        {"pendulum", 1e-8, 30, {1, 120, 4018}},  {"arenstorf", 1e-5, 17, {1, 1326, 4939}},
+        {"figure8", 1e-10, 12, {1, 2090, 4284}}, {"spring", 1e-10, 300, {1, 4004, 24533}},
+    };
+    (void)state;
+    for (size_t r = 0; r < LENGTH(rows); r++) {
+        struct phys_system system = system_opened(rows[r].what);
+        struct phys_motion_solution m;
+        struct ad_error error = {0};
+        asked = 0;
+        const struct phys_motion_settings how = {.size = sizeof how,
+                                                 .time = rows[r].time,
+                                                 .error = rows[r].setting,
+                                                 .n_samples = 10,
+                                                 .proceed = goes_on};
+        assert_int_equal(phys_motion_solve(&system, &how, &m, &error), AD_OK);
+        compare("required error", &rows[r],
+                (double[]){(double)m.n_trials, (double)m.info.evaluations, (double)asked});
+        phys_motion_solution_free(&m);
+        phys_system_close(&system);
+    }
+}
+
+/* Levels, elements of the last, calls of `proceed` of phys_path_refine from a straight line. */
+static void paths(void **state)
+{
+    static const struct row rows[] = {
+        {"pendulum", 1e-6, 1, {2, 8, 239}},      {"pendulum", 1e-10, 3, {3, 8, 221}},
+        {"kepler", 1e-8, 2, {4, 16, 597}},       {"dblpend", 1e-6, 0.5, {2, 8, 250}},
+        {"double-well", 1e-8, 4, {4, 16, 1001}}, {"cubic", 1e-9, 2, {3, 8, 227}},
+        {"freebody", 1e-9, 5, {3, 8, 221}},      {"threebody", 1e-6, 0.5, {3, 8, 481}},
+    };
+    (void)state;
+    for (size_t r = 0; r < LENGTH(rows); r++) {
+        enum { SLICES = 9 };
+        struct phys_system system = system_opened(rows[r].what);
+        struct phys_path_settings how = phys_path_defaults(&system);
+        struct phys_refined refined;
+        struct ad_error error = {0};
+        double q[MOTION_DOF], v[MOTION_DOF], path[MOTION_DOF * SLICES];
+        system_start(&system, 1, q, v);
+        how.rule = NULL;
+        how.slices = SLICES;
+        how.dt = rows[r].time / (SLICES - 1);
+        how.proceed = goes_on;
+        how.adam_steps = 0;
+        assert_int_equal(phys_motion_path(&system, NULL, q, v, SLICES, how.dt, path, &error),
+                         AD_OK);
+        for (size_t k = 0; k < system.dof * SLICES; k++) {
+            const double *line = path + k / SLICES * SLICES;
+            const double at = (double)(k % SLICES) / (SLICES - 1);
+            path[k] = k % SLICES == 0 ? line[0] : (1 - at) * line[0] + at * line[SLICES - 1];
+        }
+        asked = 0;
+        phys_path_refine(&system, &how, path, 0, rows[r].setting, &refined, &error);
+        assert_string_equal(error.message, "");
+        compare("path", &rows[r],
+                (double[]){(double)refined.n, (double)refined.level[refined.n - 1].elements,
+                           (double)asked});
+        phys_refined_free(&refined);
+        phys_system_close(&system);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(motions),
+        cmocka_unit_test(required_errors),
+        cmocka_unit_test(paths),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
