@@ -71,7 +71,7 @@ static enum ad_status look_at(const struct phys_system *system, const struct qm_
 
 enum ad_status qm_check_mirror(const struct qm_slice *slice, struct ad_error *error)
 {
-    struct look at = {0};
+    struct look at;
     double speed = qm_dx(&slice->grid) / slice->dt, most = 0, odd = 0;
     if (look_at(slice->system, &slice->grid, speed, -speed, &at, error) == AD_OK)
         for (size_t k = 0; k < at.n; k++) {

@@ -306,6 +306,8 @@ enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error)
     struct phys_motion_trial *chosen = NULL;
     bool rounding = false;
     const size_t first = given || (!s->blind && has_series(s, error)) ? 0 : 1;
+    if (error->status != AD_OK)
+        return error->status;
     for (size_t k = first; k < PHYS_MOTION_TRIALS && !chosen; k++) {
         const struct phys_motion_trial *last = k == first ? NULL : &m->trial[m->n_trials - 1];
         /* rounding, or a series that did not get through where another method may */

@@ -96,6 +96,7 @@ static void compare_all(const struct case_of *c, const struct phys_ensemble *e)
         assert_string_equal(member->failure.message, error.message);
         assert_int_equal(member->info.steps, m.info.steps);
         assert_int_equal(member->info.rejected, m.info.rejected);
+        assert_int_equal(member->info.evaluations, m.info.evaluations);
         assert_int_equal(member->info.stop, m.info.stop);
         assert_true(member->info.t == m.info.t);
         size_t cut = m.n > 0 && m.info.stop == PHYS_SIMULATION_EVENT; /* a sample at the event */
