@@ -80,8 +80,11 @@ void quote_json(FILE *out, const char *text)
             fputs("\\ufffd", out);
         else if (*text == '"' || *text == '\\')
             fprintf(out, "\\%c", *text);
-        else if (length <= 2 && phys_utf8_printable(text) == 0) /* U+0080 is c2 80 */
-            fprintf(out, "\\u%04x", (unsigned char)text[length - 1]);
+        else if (phys_utf8_printable(text) == 0 && length < 4)
+            fprintf(out, "\\u%04x", (unsigned)phys_utf8_code(text));
+        else if (phys_utf8_printable(text) == 0)
+            fprintf(out, "\\u%04x\\u%04x", 0xd7c0u + (phys_utf8_code(text) >> 10),
+                    0xdc00u + (phys_utf8_code(text) & 0x3ff));
         else
             fwrite(text, 1, length, out);
         text += length ? length : 1;

@@ -11,7 +11,8 @@ void quote_terminal(FILE *out, const char *text);
 void quote_terminal_line(FILE *out, const char *before, const char *text);
 /* A word of a command to be copied: in quotes where a shell needs them, printable as above. */
 void quote_shell(FILE *out, const char *before, const char *text);
-/* For JSON, with its quotes: control characters as \uNNNN, bytes that are not UTF-8 as U+FFFD. */
+/* For JSON, with its quotes: what is not printable as \uNNNN, bytes that are not UTF-8 as U+FFFD.
+ */
 void quote_json(FILE *out, const char *text);
 /* For CSV, with its quotes; as for a terminal, but line ends and tabs stay. */
 void quote_csv(FILE *out, const char *text);

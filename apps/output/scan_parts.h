@@ -1,5 +1,5 @@
-/* Inside of scans (scan.h): what is scanned (scan_axes.c), running (scan.c), the table
-   (scan_table.c) and its picture (scan_picture.c). */
+/* Inside of scans (scan.h): what is scanned (scan_axes.c), running (scan.c), the numbers
+   shown (scan_choice.c), the table (scan_table.c) and its picture (scan_picture.c). */
 #ifndef APPS_OUTPUT_SCAN_PARTS_H
 #define APPS_OUTPUT_SCAN_PARTS_H
 
@@ -83,6 +83,8 @@ const char *scan_subject(const struct scan *scan);
 bool scan_over_seeds(const struct scan *scan);
 struct spread scan_spread(const struct scan *scan, const struct result_column *column,
                           size_t point);
+/* Marks the columns of --curves KEY,...; else the first that the text has and that vary. */
+enum ad_status scan_choose(struct scan *scan, struct ad_error *error);
 enum ad_status scan_draw(const void *scan, struct plot *plot, struct ad_error *error);
 /* The outputs of the table. */
 extern const struct output_kind scan_outputs;

@@ -25,18 +25,30 @@ size_t phys_utf8_length(const char *text)
     return length;
 }
 
-/* C0, DEL and C1 control characters, which a terminal may interpret. */
-static bool is_control(const unsigned char *s)
+uint32_t phys_utf8_code(const char *text)
 {
-    return s[0] < 0x20 || s[0] == 0x7f || (s[0] == 0xc2 && s[1] < 0xa0);
+    const unsigned char *s = (const unsigned char *)text;
+    const size_t length = phys_utf8_length(text);
+    uint32_t code = length == 1 ? s[0] : s[0] & (0x7fu >> length);
+    for (size_t k = 1; k < length; k++)
+        code = code << 6 | (s[k] & 0x3f);
+    return code;
 }
 
 size_t phys_utf8_printable(const char *text)
 {
-    const unsigned char *s = (const unsigned char *)text;
-    size_t length = phys_utf8_length(text);
-    bool no_character = length == 3 && s[0] == 0xef && s[1] == 0xbf && s[2] >= 0xbe;
-    return is_control(s) || no_character ? 0 : length;
+    static const struct {
+        uint32_t first, last;
+    } hidden[] = {{0x00, 0x1f},     {0x7f, 0x9f},     {0xad, 0xad},       {0x61c, 0x61c},
+                  {0x115f, 0x1160}, {0x180e, 0x180e}, {0x200b, 0x200f},   {0x2028, 0x202e},
+                  {0x2060, 0x206f}, {0x3164, 0x3164}, {0xfeff, 0xfeff},   {0xffa0, 0xffa0},
+                  {0xfff9, 0xfffb}, {0xfffe, 0xffff}, {0x1d173, 0x1d17a}, {0xe0000, 0xe0fff}};
+    const size_t length = phys_utf8_length(text);
+    const uint32_t code = phys_utf8_code(text);
+    for (size_t k = 0; k < sizeof hidden / sizeof *hidden; k++)
+        if (code >= hidden[k].first && code <= hidden[k].last)
+            return 0;
+    return length;
 }
 
 bool phys_utf8_is_printable(const char *text)

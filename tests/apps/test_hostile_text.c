@@ -28,6 +28,7 @@ static const char *const hostile[] = {
     "}}}\\}",
     "\x1b]0;pwned\a\x1b[2J\x7f\r\b\t\x01",
     "\302\23331m \xff\xfe \xc3 \xe2\x80",
+    "\xe2\x80\xaegnp.5h\xe2\x81\xa6 \xd8\x9c\xe2\x80\xa8\xf3\xa0\x81\x81",
     "<touch pwned",
     "|touch pwned",
     "-e system('touch pwned')",
@@ -47,7 +48,7 @@ static void assert_printable(const char *text, const char *what)
 {
     for (const char *at = text; *at;) {
         size_t length = *at == '\n' ? 1 : phys_utf8_printable(at);
-        if (length == 0)
+        if (length == 0 || strncmp(at, "\xe2\x80\xae", 3) == 0)
             fail_msg("%s: byte %02x in the output", what, (unsigned char)*at);
         at += length;
     }

@@ -101,6 +101,9 @@ static void test_escapes(void **state)
               "\xc3\xa9 \xe2\x99\x83 \xf0\x9f\x9a\x80"); /* e acute, Jupiter, a rocket */
     expect(&json, "{\"a\": \"say \\\"\\\\\\\" \\u000a\\u0009\\u0001\\u007f/\", "
                   "\"b\": \"\xc3\xa9 \xe2\x99\x83 \xf0\x9f\x9a\x80\"}\n");
+    begin(&json); /* right to left, a mark of Arabic, a tag */
+    json_text(&json, "a", "\xe2\x80\xae \xd8\x9c \xf3\xa0\x81\x81");
+    expect(&json, "{\"a\": \"\\u202e \\u061c \\udb40\\udc41\"}\n");
 }
 
 /* Stray continuation, truncated sequence, overlong slash, surrogate, beyond U+10FFFF. */

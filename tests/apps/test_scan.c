@@ -150,6 +150,8 @@ static void misuse_is_refused(void **state)
         {"--scan l=1:2:3 --curves events.1-2.t", "--curves: no number 'events.1-2.t'"},
         {"--scan l=1:2:2 --scan m=1:2:2 --time 9 --event theta=0 --curves events.1-2.t",
          "--curves: 2 numbers; a map shows one"},
+        {"--scan l=1:2:3 --time 9 --event theta=0 --curves events.1-9.t",
+         "'events.1-9.t' are 9 numbers, of which the results have"},
         {"--scan l=1:2:3 --curves nothing", "--curves: no number 'nothing'"},
         {"--scan l=-2:-1:2 --time -1", "--time"},
     };
