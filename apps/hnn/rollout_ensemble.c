@@ -4,6 +4,7 @@
 #include "apps/file_names.h"
 #include "apps/output/figure.h"
 #include "apps/spread.h"
+#include "physics/io/checksum.h"
 #include "physics/io/fields.h"
 #include "rollout.h"
 
@@ -16,20 +17,20 @@ enum { MEMBERS_MOST = 1000, PANELS = 4 };
 struct ensemble {
     const struct rollout_options *options;
     size_t n, missed; /* models followed; models that could not be */
-    size_t files;
-    char **name;             /* [files], beside the table; empty: none */
+    size_t files, hashes;
+    char **name, **hash;     /* beside the table, and their checksums; empty: none */
     struct rollout_run *run; /* [n] */
     char why[300];           /* of the first that missed */
 };
 
 /* ---- the table ---- */
 
-static char *read_members(const char *file, struct ad_error *error)
+static char *read_lines(const char *file, const char *name, struct ad_error *error)
 {
     phys_hdf5 *table = NULL;
     char *text = NULL;
     if (phys_hdf5_open(file, &table, error) == AD_OK)
-        phys_hdf5_get_text(table, "/", "members", &text, error);
+        phys_hdf5_get_text(table, "/", name, &text, error);
     phys_hdf5_close(table);
     return text;
 }
@@ -37,7 +38,7 @@ static char *read_members(const char *file, struct ad_error *error)
 bool rollout_is_ensemble(const char *file)
 {
     struct ad_error none = {0};
-    char *text = read_members(file, &none);
+    char *text = read_lines(file, "members", &none);
     free(text);
     return text != NULL;
 }
@@ -46,16 +47,20 @@ static enum ad_status find_members(struct ensemble *e, struct ad_error *error)
 {
     const char *table = e->options->common.argument[0];
     const struct phys_separator line = {.text = '\n'};
-    char *text = read_members(table, error);
-    if (text && !phys_fields_split(text, text + strlen(text), line, &e->name, &e->files))
+    char *text = read_lines(table, "members", error);
+    char *sums = text ? read_lines(table, "checksums", error) : NULL;
+    if (sums && !(phys_fields_split(text, text + strlen(text), line, &e->name, &e->files) &&
+                  phys_fields_split(sums, sums + strlen(sums), line, &e->hash, &e->hashes)))
         ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (error->status == AD_OK && e->hashes != e->files)
+        ad_fail(error, AD_E_INPUT, "%s: %zu models and %zu checksums", table, e->files, e->hashes);
     if (error->status == AD_OK && e->files > MEMBERS_MOST)
         ad_fail(error, AD_E_INPUT, "%s: %zu models; expected at most %d", table, e->files,
                 MEMBERS_MOST);
     for (size_t k = 0; k < e->files && error->status == AD_OK; k++)
         if (e->name[k] && strchr(e->name[k], '/'))
             ad_fail(error, AD_E_INPUT, "%s: '%s' is not a file beside it", table, e->name[k]);
-    free(text);
+    AD_FREE(text, sums);
     return error->status;
 }
 
@@ -93,7 +98,20 @@ static enum ad_status check_outputs(const struct ensemble *e, struct ad_error *e
 
 /* ---- the motions ---- */
 
-static enum ad_status follow(struct ensemble *e, const char *file, struct ad_error *error)
+/* Whether a file is that which the table was written about. */
+static enum ad_status check_file(const char *file, const char *known, struct ad_error *error)
+{
+    char hash[PHYS_CHECKSUM_DIGITS + 1];
+    phys_checksum_read(file, hash);
+    return known && strcmp(hash, known) == 0
+               ? AD_OK
+               : ad_fail(error, AD_E_INPUT,
+                         "%s: not the model of the table: it was replaced; expected the file of "
+                         "that training, or a table of its own",
+                         file);
+}
+
+static enum ad_status follow(struct ensemble *e, size_t k, const char *file, struct ad_error *error)
 {
     struct rollout_run *run = &e->run[e->n];
     struct ad_error missed = {0};
@@ -105,7 +123,7 @@ static enum ad_status follow(struct ensemble *e, const char *file, struct ad_err
     options->common.argument[0] = file;
     if (hnn_model_load(file, &model, error) == AD_OK && hnn_model_settings(model)->pixels)
         ad_fail(error, AD_E_ARGUMENT, "%s: expected models of states, got one of pixels", file);
-    if (error->status != AD_OK) {
+    if (error->status != AD_OK || check_file(file, e->hash[k], error) != AD_OK) {
         hnn_model_free(model);
         free(options);
         return error->status;
@@ -138,7 +156,7 @@ static enum ad_status follow_all(void *context, struct ad_error *error)
         }
         char *file = beside(e->options->common.argument[0], e->name[k]);
         if (file)
-            follow(e, file, error);
+            follow(e, k, file, error);
         else
             ad_fail(error, AD_E_MEMORY, "out of memory");
         free(file);
@@ -353,5 +371,6 @@ enum ad_status rollout_ensemble(const struct rollout_options *options, struct ad
         rollout_free(&e.run[k]);
     free(e.run);
     phys_fields_free(e.name, e.files);
+    phys_fields_free(e.hash, e.hashes);
     return error->status;
 }

@@ -253,8 +253,8 @@ static enum ad_status run_all(void *context, struct ad_error *error)
     progress_end(&progress);
     if (scan->no_memory)
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (error->status == AD_OK && scan_choose(scan, &scan->unshown) == AD_OK && scan->common->plot &&
-        !page_wanted(scan->common->plot) && !has_panels(scan))
+    if (error->status == AD_OK && scan_choose(scan, &scan->unshown) == AD_OK &&
+        scan->common->plot && !page_wanted(scan->common->plot) && !has_panels(scan))
         ad_fail(&scan->unshown, AD_E_ARGUMENT,
                 "--plot: no number changes with the scan; choose with --curves");
     return error->status;

@@ -1,6 +1,7 @@
 /* The table of a scan (scan_parts.h): text, JSON, CSV, HDF5. */
 #include "apps/quote.h"
 #include "autodiff/free.h"
+#include "physics/io/checksum.h"
 #include "scan_parts.h"
 
 #include <stdlib.h>
@@ -136,29 +137,35 @@ static enum ad_status write_axis(const struct scan *scan, size_t axis, phys_hdf5
     return error->status;
 }
 
-/* Files of the runs, beside that of the table. */
+/* Files of the runs, beside that of the table, and their checksums. */
 static enum ad_status write_members(const struct scan *scan, phys_hdf5 *file,
                                     struct ad_error *error)
 {
-    char *all = NULL;
-    size_t size = 1;
-    for (size_t r = 0; r < scan->runs && error->status == AD_OK; r++) {
+    char *texts[2] = {NULL};
+    size_t n;
+    FILE *names = open_memstream(&texts[0], &n), *hashes = open_memstream(&texts[1], &n);
+    bool memory = names && hashes;
+    for (size_t r = 0; r < scan->runs && memory; r++) {
+        char hash[PHYS_CHECKSUM_DIGITS + 1] = "";
         char *name =
             scan->status[r] != DONE ? strdup("") : scan_member_file(scan, r, scan->common->out);
-        const char *base = name ? strrchr(name, '/') : NULL;
-        base = base ? base + 1 : name;
-        char *longer = name ? realloc(all, size + strlen(base) + 1) : NULL;
-        if (longer) {
-            all = longer;
-            size += (size_t)sprintf(all + size - 1, "%s%s", r ? "\n" : "", base);
-        } else {
-            ad_fail(error, AD_E_MEMORY, "out of memory");
-        }
+        const char *slash = name ? strrchr(name, '/') : NULL;
+        memory = name != NULL;
+        if (memory && *name)
+            phys_checksum_read(name, hash);
+        fprintf(names, "%s%s", r ? "\n" : "", slash ? slash + 1 : name ? name : "");
+        fprintf(hashes, "%s%s", r ? "\n" : "", hash);
         free(name);
     }
-    if (error->status == AD_OK)
-        phys_hdf5_text(file, "/", "members", all);
-    free(all);
+    memory = !(names && fclose(names) != 0) && memory;
+    memory = !(hashes && fclose(hashes) != 0) && memory;
+    if (memory) {
+        phys_hdf5_text(file, "/", "members", texts[0]);
+        phys_hdf5_text(file, "/", "checksums", texts[1]);
+    } else {
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    }
+    AD_FREE(texts[0], texts[1]);
     return error->status;
 }
 

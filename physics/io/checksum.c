@@ -8,7 +8,7 @@
 #include <string.h>
 
 static const char format[] = "leastaction, sealed: fnv1a %016" PRIx64 " of %" PRIu64 " bytes\n";
-enum { SAME = 20 }; /* characters of the format that every seal begins with */
+enum { SAME = 20, BEFORE = 27 }; /* characters that every seal begins with; before the hash */
 
 /* The checksum of an open file: the hash of the bytes after it. */
 static bool seal_of(FILE *in, char seal[PHYS_CHECKSUM_BYTES])
@@ -49,4 +49,16 @@ enum ad_status phys_checksum_check(const char *file, const char *name, struct ad
                ? AD_OK
                : ad_fail(error, AD_E_INPUT,
                          "%s: damaged: its checksum does not match; expected an intact copy", name);
+}
+
+void phys_checksum_read(const char *file, char hash[PHYS_CHECKSUM_DIGITS + 1])
+{
+    char found[PHYS_CHECKSUM_BYTES] = "";
+    FILE *in = fopen(file, "rb");
+    const bool sealed =
+        in && fread(found, 1, sizeof found, in) > 0 && strncmp(found, format, SAME) == 0;
+    snprintf(hash, PHYS_CHECKSUM_DIGITS + 1, "%.*s", PHYS_CHECKSUM_DIGITS,
+             sealed ? found + BEFORE : "");
+    if (in)
+        fclose(in);
 }

@@ -122,7 +122,10 @@ static void spread_is_that_of_the_members(void **state)
     assert_mentions(shell_err(), "m-seed=2.h5");
     assert_int_equal(
         shell("$LA rollout there/m.h5 --x0 1,0 --time 1 --quiet --csv there/m-seed=1.h5"), 2);
-    shell_works("cmp there/m-seed=2.h5 kept.h5");
+    shell_works("cmp there/m-seed=2.h5 kept.h5 && cp there/m-seed=1.h5 there/m-seed=2.h5");
+    assert_int_equal(shell("$LA rollout there/m.h5 --x0 1,0 --time 1 --quiet"), 2);
+    assert_mentions(shell_err(), "there/m-seed=2.h5: not the model of the table");
+    shell_works("cp kept.h5 there/m-seed=2.h5 && $LA rollout there/m.h5 --x0 1,0 --time 1");
 }
 
 /* A result of the name of what is swept has another; what cannot be shown loses no table. */
