@@ -128,6 +128,10 @@ static int judge(const struct path_run *run, struct ad_error *error)
         ad_fail(error, AD_E_ACCURACY,
                 "the path is not known: the ends are conjugate or nearly, and between such there "
                 "is none, or many; try another --time, other ends, or more slices");
+    else if (run->found.singular && !path_wants_all(run->options))
+        ad_fail(error, AD_E_ACCURACY,
+                "the path passes a singularity between two slices, as at a collision: no motion "
+                "does, and the grid alone may hold it; try --tol, or other ends");
     else if (path_wants_tolerance(run->options) &&
              run->found.discretisation > run->options->tolerance)
         ad_fail(

@@ -60,6 +60,7 @@ struct path_run {
     struct phys_horizons *tables;
     size_t first_epoch;
     struct phys_refined refined;     /* --tol; none else */
+    bool along;                      /* ... on elements along the motion: else it is singular */
     struct phys_continuation follow; /* --continue; name NULL: none */
     char followed[64];               /* its name */
     struct phys_continued continued;

@@ -2,11 +2,15 @@
 #include "autodiff/free.h"
 #include "path.h"
 #include "apps/interrupt.h"
+#include "physics/path/mesh.h"
 #include "physics/path/path_units.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+enum { ALONG = 128, PASSES = 16 }; /* elements along a motion, and how often they are placed */
+static const double PLACED = 2;    /* times more even elements are needed: they are placed well */
 
 bool path_wants_tolerance(const struct path_options *options) { return !isnan(options->tolerance); }
 
@@ -61,10 +65,9 @@ static double ends_error(const struct path_run *run, struct ad_error *error)
 }
 
 /* The motion at all nodes of a mesh: path [s*dof x slices]. */
-static enum ad_status motion_on_mesh(const struct path_run *run, double *path,
-                                     struct ad_error *error)
+static enum ad_status motion_on_mesh(const struct path_run *run, struct phys_grid grid,
+                                     double *path, struct ad_error *error)
 {
-    const struct phys_grid grid = phys_grid_of(&run->settings);
     struct phys_rule_table table;
     grid.rule->fill(grid.rule, &table);
     size_t s = table.degree, dof = run->system.dof, n = s * (grid.slices - 1) + 1;
@@ -115,10 +118,42 @@ static enum ad_status adopt(struct path_run *run, struct ad_error *error)
     free(run->reference);
     run->reference = path_new(run, error);
     if (run->reference && run->settings.mesh)
-        motion_on_mesh(run, run->reference, error);
+        motion_on_mesh(run, phys_grid_of(&run->settings), run->reference, error);
     else if (run->reference &&
              path_motion(run, n, r->settings->dt, PATH_TIGHTEST, run->reference, error) == AD_OK)
         phys_rule_interpolate(rule, dof, n, run->reference);
+    return error->status;
+}
+
+/* From the motion that the ends are of, on elements placed along it: a line, or the motion at even
+   slices, may lead through a centre that it passes closely. */
+static enum ad_status refine_along(struct path_run *run, struct phys_path_settings settings,
+                                   double ends, struct ad_error *error)
+{
+    const size_t dof = run->system.dof, n = ALONG + 1;
+    struct phys_grid grid = {phys_rule_find("gauss2", error), n,
+                             (double)(settings.slices - 1) * settings.dt / ALONG, NULL};
+    double gain = INFINITY,
+           *unit = phys_path_units(&run->system, &settings, NULL, run->start, error);
+    double *mesh = malloc((2 + 2 * dof) * n * sizeof *mesh), *placed = mesh + n, *path = placed + n;
+    if (!mesh)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (int k = 0; k < PASSES && gain > PLACED && error->status == AD_OK; k++) {
+        if (motion_on_mesh(run, grid, path, error) == AD_OK &&
+            phys_mesh_place(&grid, path, unit, dof, ALONG, placed, &gain, error) == AD_OK)
+            memcpy(mesh, placed, n * sizeof *mesh);
+        grid.mesh = mesh;
+    }
+    phys_refined_free(&run->refined);
+    settings.slices = n;
+    settings.dt = grid.dt;
+    settings.mesh = mesh;
+    settings.adam_steps = 0;
+    if (error->status == AD_OK && motion_on_mesh(run, grid, path, error) == AD_OK)
+        phys_path_refine(&run->system, &settings, path, ends, run->options->tolerance,
+                         &run->refined, error);
+    run->along = true;
+    AD_FREE(unit, mesh);
     return error->status;
 }
 
@@ -136,6 +171,15 @@ enum ad_status path_refine(struct path_run *run, struct ad_error *error)
     else if (error->status == AD_OK)
         phys_path_refine(&run->system, &settings, run->start, ends, run->options->tolerance,
                          &run->refined, &lost);
+    if (run->refined.singular && !run->follow.name && !run->given &&
+        !path_from_file(run->options) && !(run->options->init && path_from_line(run->options))) {
+        struct ad_error before = lost;
+        lost = (struct ad_error){0};
+        if (refine_along(run, settings, ends, &lost) == AD_E_ACCURACY && !interrupted()) {
+            lost = before;
+            run->refined.unsettled = false;
+        }
+    }
     if (lost.status != AD_OK)
         ad_fail(error, lost.status, "--%s: %s%s", run->follow.name ? "continue" : "tol",
                 lost.message,
@@ -150,7 +194,9 @@ void path_report_levels(const struct path_run *run, struct report *report)
     char text[128];
     if (r->n == 0)
         return;
-    report_line(report, "  tried, coarse to fine");
+    report_line(report, "  tried, coarse to fine%s",
+                run->along ? ", on elements along the motion" : "");
+    report_flag(report, "along_motion", NULL, run->along);
     for (size_t k = 0; k < r->n; k++) {
         const struct phys_level *level = &r->level[k];
         report_item(report, "tried");

@@ -2,6 +2,7 @@
    independent results: the motion from its start by an adaptive method, the path of a rule of
    higher order, and the stationary path at the given reference. */
 #include "autodiff/free.h"
+#include "all/grid_independence.h"
 #include "newton.h"
 #include "path_units.h"
 #include "physics/lagrangian/conserved.h"
@@ -287,7 +288,11 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
     found->unknown = found->spectrum.undetermined &&
                      (rounding || !isfinite(found->discretisation)) &&
                      !(found->discretisation <= CLEAR * extent(s, s->path));
-    if (isinf(found->discretisation))
+    if (*found->no_motion && !s->system->scene->constraint) {
+        phys_path_is_singular(s->system, s->settings, s->path, &found->singular, &lost);
+        phys_keep_memory(&lost, error);
+    }
+    if (isinf(found->discretisation) || found->singular)
         found->discretisation = (double)NAN;
     if (compare && compare_given(s, error) == AD_OK && s->settings->compare_true &&
         !found->another && has_its_ends(s, compare)) /* the finer rule may err alike, at kinks */

@@ -222,6 +222,7 @@ struct phys_refined {
     double finer; /* ... and its distance from that of a rule of higher order on more elements */
     struct phys_derivatives *of; /* of L, for all levels */
     bool unsettled;              /* AD_E_ACCURACY because levels converge to different paths */
+    bool singular;               /* ... because no elements resolve the path, as at a collision */
 };
 /* Finds a path with an error below `tolerance` by the coarsest setting that has one: elements of
    settings->rule (NULL: gauss2, until two levels agree on a path, then a rule of higher order) are
@@ -296,8 +297,10 @@ struct phys_path_found {
     bool stationary;   /* found by newton, to rounding or a tolerance of 1e-6 or less: then ... */
     struct phys_spectrum spectrum; /* ... its kind, with the conjugate points of the motion */
     double discretisation;         /* from the path of a rule of higher order; NaN: none nearby */
-    bool unknown; /* undetermined, and far from the path of a rule of higher order: the path is
-                       not known */
+    bool unknown;  /* undetermined, and far from the path of a rule of higher order: the path is
+                        not known */
+    bool singular; /* stationary, and between two slices the motion meets a singularity, which the
+                      path passes in one step: the grid alone may have it */
     double true_distance; /* from the motion from the path's own start, by another method ... */
     double true_known;    /* ... and the uncertainty of that motion */
     double free_momentum; /* coordinates free at the end: the largest of their momenta there, on

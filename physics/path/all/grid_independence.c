@@ -18,9 +18,10 @@ static const double ROUNDING = 1e-9;   /* relative to the path: a smaller extent
 static const double SLICE_TOLERANCE = 1e-9; /* ... over one slice */
 
 /* The summed defects of the motion from each slice to the next: of q relative to the path's extent,
-   of v to its range of velocities; the larger one. Infinite if the motion is lost. */
+   of v to its range of velocities; the larger one. Infinite if the motion is lost; *singular: where
+   it changes too fast to be followed at all, no further away than the next slice. */
 static double sum_defects(const struct phys_ode *ode, const struct phys_path_nodes *nodes,
-                          double *room)
+                          double *room, bool *singular)
 {
     size_t dof = nodes->dof, n = 2 * dof;
     double *y = room, *next = y + n, *low = next + n, *high = low + n, *scale = high + n;
@@ -50,8 +51,16 @@ static double sum_defects(const struct phys_ode *ode, const struct phys_path_nod
         run.t1 = nodes->time[i * nodes->degree];
         run.dt = run.t1 - run.t0;
         phys_path_nodes_at(nodes, run.t1, next, next + dof);
-        if (i > 0 && phys_simulate(&run, ode, y, &info, &lost) != AD_OK)
+        if (i > 0 && phys_simulate(&run, ode, y, &info, &lost) != AD_OK) {
+            double way = 0, step = 0; /* to there, and to the next slice */
+            for (size_t k = 0; k < dof; k++) {
+                const double q = nodes->x[k * nodes->n + (i - 1) * nodes->degree];
+                way = fmax(way, fabs(y[k] - q) / scale[k]);
+                step = fmax(step, fabs(next[k] - q) / scale[k]);
+            }
+            *singular = info.steps < run.max_steps && way <= step;
             return (double)INFINITY;
+        }
         for (size_t k = 0; i > 0 && k < n; k++)
             most[k / dof] = fmax(most[k / dof], fabs(y[k] - next[k]));
         memcpy(y, next, n * sizeof *y);
@@ -63,7 +72,7 @@ static double sum_defects(const struct phys_ode *ode, const struct phys_path_nod
 
 static bool defects_are_small(const struct phys_system *system,
                               const struct phys_path_settings *settings, const double *path,
-                              struct ad_error *error)
+                              bool *singular, struct ad_error *error)
 {
     struct phys_path_nodes nodes = {0};
     const struct phys_grid grid = phys_grid_of(settings);
@@ -74,7 +83,7 @@ static bool defects_are_small(const struct phys_system *system,
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", system->dof);
     else if (phys_ode_lagrangian(system, &ode, error) == AD_OK &&
              phys_path_nodes_new(&nodes, system->dof, &grid, 3, path, error) == AD_OK)
-        small = sum_defects(&ode, &nodes, room) <= NEAR;
+        small = sum_defects(&ode, &nodes, room, singular) <= NEAR;
     phys_path_nodes_free(&nodes);
     phys_ode_free(&ode);
     free(room);
@@ -88,11 +97,20 @@ enum ad_status phys_path_grid_independent(const struct phys_system *system,
 {
     struct phys_shooting s;
     if (system->dof > PHYS_SHOOTING_DOF) {
-        *confirmed = defects_are_small(system, settings, path, error);
+        *confirmed = defects_are_small(system, settings, path, &(bool){false}, error);
         return error->status;
     }
     *confirmed = phys_shooting_new(&s, system, settings, path, error) &&
                  phys_shooting_solve(&s, TOLERANCE) && phys_shooting_moved(&s) <= NEAR;
     phys_shooting_free(&s);
+    return error->status;
+}
+
+enum ad_status phys_path_is_singular(const struct phys_system *system,
+                                     const struct phys_path_settings *settings, const double *path,
+                                     bool *singular, struct ad_error *error)
+{
+    *singular = false;
+    defects_are_small(system, settings, path, singular, error);
     return error->status;
 }

@@ -22,7 +22,8 @@ enum ad_status phys_climb_mesh(struct phys_climb *c, struct ad_error *error)
         phys_mesh_place(from, before->path, c->unit, dof, 0, NULL, &gain, error);
     here->apart = gain > WORTH && !before->apart &&
                   2 * (n - 1) <= PHYS_FINEST; /* the next is compared with it */
-    if (here->apart && c->placed++ == MOST_PLACED)
+    c->to->singular = here->apart && c->placed++ == MOST_PLACED;
+    if (c->to->singular)
         return ad_fail(
             error, AD_E_ACCURACY,
             "error %g is out of reach: the path is singular, as at a collision, or "

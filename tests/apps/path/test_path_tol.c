@@ -184,7 +184,8 @@ static void test_through_a_collision(void **state)
     assert_true(shell_number("true_distance") < 1e-6);
 }
 
-/* Few elements of high order part from it, more do not; too near the centre it is refused. */
+/* Few elements of high order part from it, more do not; nearer to the centre a line leads through
+   it, and the motion, which the ends are of, is the start. */
 static void test_past_a_centre(void **state)
 {
     (void)state;
@@ -192,8 +193,17 @@ static void test_past_a_centre(void **state)
     assert_true(shell_number("slices") <= 257);
     assert_true(shell_number("true_distance") < 1e-8);
     assert_close(shell_number("action"), 1.5 * M_PI, 0, 1e-8);
-    assert_int_equal(shell("$LA path kepler --set e=.999 --tol 1e-8 --quiet"), 1);
+    shell_works("$LA path kepler --set e=.999 --tol 1e-8 --json --quiet");
+    assert_mentions(shell_last_line(), "\"along_motion\": true");
+    assert_true(shell_number("discretisation_error") < 1e-8);
+    assert_true(shell_number("max_error") < 1e-8);
+    assert_close(shell_number("action"), 1.5 * M_PI, 0, 1e-8);
+    assert_int_equal(shell("$LA path kepler --set e=.999 --tol 1e-8 --init line --quiet"), 1);
     assert_mentions(shell_err(), "singular");
+    /* the grid alone holds it: no motion is near, and its error is not that of a finer grid */
+    assert_int_equal(shell("$LA path kepler --set e=.98 --json --quiet"), 1);
+    assert_mentions(shell_err(), "passes a singularity between two slices");
+    assert_true(shell_number("discretisation_error") > 0.19);
 }
 
 static void test_refusals(void **state)
