@@ -135,7 +135,8 @@ static enum ad_status refine_along(struct path_run *run, struct phys_path_settin
                              (double)(settings.slices - 1) * settings.dt / ALONG, NULL};
     double gain = INFINITY,
            *unit = phys_path_units(&run->system, &settings, NULL, run->start, error);
-    double *mesh = malloc((2 + 2 * dof) * n * sizeof *mesh), *placed = mesh + n, *path = placed + n;
+    double *mesh = malloc((2 + 2 * dof) * n * sizeof *mesh);
+    double *placed = mesh ? mesh + n : NULL, *path = mesh ? placed + n : NULL;
     if (!mesh)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     for (int k = 0; k < PASSES && gain > PLACED && error->status == AD_OK; k++) {

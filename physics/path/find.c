@@ -2,7 +2,7 @@
    independent results: the motion from its start by an adaptive method, the path of a rule of
    higher order, and the stationary path at the given reference. */
 #include "autodiff/free.h"
-#include "all/grid_independence.h"
+#include "grid_independence.h"
 #include "newton.h"
 #include "path_units.h"
 #include "physics/lagrangian/conserved.h"

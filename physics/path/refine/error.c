@@ -8,7 +8,7 @@
    sign, and r mean nothing: an estimate that is small enough is raised to the distance from the
    path of a rule of higher order on the same slices, if it is less. */
 #include "internal.h"
-#include "physics/path/all/grid_independence.h"
+#include "physics/path/grid_independence.h"
 
 #include <float.h>
 #include <math.h>
