@@ -50,6 +50,13 @@ static bool read_sample(void *context, double t, const double *y)
     return true;
 }
 
+/* proceed has the caller's context, samples have the reader. */
+static bool goes_on(void *context)
+{
+    const struct phys_fit_settings *settings = ((const struct reader *)context)->s->settings;
+    return !settings->proceed || settings->proceed(settings->context);
+}
+
 /* From s->y at t0 over rows [row, end) to t1, if that is later. */
 static enum ad_status run(struct phys_fitting *s, double t0, double t1, struct reader *to,
                           struct ad_error *error)
@@ -78,7 +85,7 @@ static enum ad_status run(struct phys_fitting *s, double t0, double t1, struct r
                                         .sample = read_sample,
                                         .land = !phys_keeps_energy(&s->system, &none),
                                         .max_steps = 2000,
-                                        .proceed = s->settings->proceed,
+                                        .proceed = goes_on,
                                         .context = to};
     if (n)
         phys_simulate(&how, &s->ode, s->y, &info, error);

@@ -251,7 +251,7 @@ static enum ad_status try_starts(struct search *s, struct ad_error *error)
         for (size_t i = 0; k > 0 && i < s->n; i++)
             s->y[i] = 2 * phys_random_uniform(&random) - 1;
         if (s->settings->proceed && !s->settings->proceed(s->settings->context))
-            return ad_fail(error, AD_E_ACCURACY, "ended on request after %zu starts", k);
+            return ad_fail(error, AD_E_ACCURACY, "interrupted after %zu starts", k);
         usable += phys_equilibrium_evaluate(s, s->y);
         s->found->starts++;
         if (k % 2)

@@ -1,5 +1,6 @@
 /* Runs every command of docs/errors.md, the catalogue of messages; each must print exactly the
-   message given there, with the exit status of its section. */
+   message given there, with the exit status of its section. H5: `path brachistochrone --all` is
+   among them. */
 #include "tests/close.h"
 #include "shell.h"
 #include "apps/command.h"

@@ -119,6 +119,7 @@ static void check_average(enum ad_type type, double f, double tolerance)
     small_samples_free(&train);
 }
 
+/* F7: the mean as theory.md has it, with max(1, f k). */
 static void test_average(void **state)
 {
     (void)state;

@@ -41,6 +41,7 @@ static struct figures evaluate(const struct phys_system *system, const char *rul
     return (struct figures){value[0], value[1], value[2], value[3], value[4], value[5]};
 }
 
+/* F7: the mean of n - 1 elements is over n slices, as published. */
 static void published_means_come_out_to_rounding(void **state)
 {
     (void)state;

@@ -136,6 +136,7 @@ static ad_var charged(ad_var q, ad_var v, ad_var t, const void *params)
     return ad_add(ad_mul(0.5, ad_sum_rows(ad_square(v))), ad_mul(A, ad_row(v, 1)));
 }
 
+/* F1: M a has L_vq v taken off, which is (0, A' v1) here, not L_qv v = (A' v2, 0). */
 static void velocity_dependent_forces_count(void **state)
 {
     (void)state;

@@ -49,12 +49,20 @@ static bool take_sample(void *context, double t, const double *y)
     return true;
 }
 
+/* proceed has the caller's context. */
+static bool goes_on(void *context)
+{
+    const struct sampler *s = context;
+    return !s->settings->proceed || s->settings->proceed(s->settings->context);
+}
+
 static enum ad_status follow(struct sampler *s, const struct phys_system *system, uint64_t seed,
                              struct ad_error *error)
 {
     const struct phys_scene *scene = system->scene;
     const struct phys_path_settings *settings = s->settings;
     struct phys_ode ode = {0};
+    struct phys_simulation_info info = {0};
     struct phys_simulation how =
         phys_simulation_of(phys_integrator_find("dop853", error), TOLERANCE,
                            (double)(settings->slices - 1) * settings->dt);
@@ -62,7 +70,7 @@ static enum ad_status follow(struct sampler *s, const struct phys_system *system
     how.n_samples = s->path ? settings->slices - 1 : 1;
     how.sample = take_sample;
     how.context = s;
-    how.proceed = settings->proceed;
+    how.proceed = goes_on;
     if (!q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (!scene->start)
@@ -70,8 +78,10 @@ static enum ad_status follow(struct sampler *s, const struct phys_system *system
                 scene->name);
     else if (scene->start(system->params, seed, q, v, error) == AD_OK &&
              phys_ode_for(system, how.integrator, &ode, error) == AD_OK &&
-             phys_ode_enter(&ode, 0, q, v, y, error) == AD_OK)
-        phys_simulate(&how, &ode, y, &(struct phys_simulation_info){0}, error);
+             phys_ode_enter(&ode, 0, q, v, y, error) == AD_OK &&
+             phys_simulate(&how, &ode, y, &info, error) == AD_OK &&
+             info.stop == PHYS_SIMULATION_INTERRUPTED)
+        ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g", info.t);
     phys_ode_free(&ode);
     free(q);
     return error->status;
