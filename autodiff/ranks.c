@@ -3,6 +3,7 @@
 #include "clock.h"
 #include "hash.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -103,28 +104,44 @@ size_t ad_ranks_first(const struct ad_ranks *r, size_t n, size_t rank)
 
 /* ---- agreement ---- */
 
+enum ad_status ad_ranks_least(struct ad_ranks *r, size_t n, double *values, struct ad_error *error)
+{
+    double other[AD_RANKS_LEAST];
+    if (AD_LACKS(error, values))
+        return error->status;
+    if (n > AD_RANKS_LEAST)
+        return ad_fail(error, AD_E_ARGUMENT, "least of %zu values: expected at most %d", n,
+                       AD_RANKS_LEAST);
+    const size_t count = count_of(r);
+    for (size_t far = 1; far < count && error->status == AD_OK; far *= 2) {
+        size_t to = (r->rank + far) % count, from = (r->rank + count - far) % count;
+        ad_ranks_exchange(r, to, values, from, other, n * sizeof *values, error);
+        for (size_t k = 0; k < n && error->status == AD_OK; k++)
+            values[k] = fmin(values[k], other[k]);
+    }
+    return error->status;
+}
+
 enum ad_status ad_ranks_agree(struct ad_ranks *r, struct ad_error *error)
 {
+    const double none = (double)INFINITY;
     if (count_of(r) == 1)
         return error->status;
-    struct ad_error none = {0}, *all = malloc(r->count * sizeof *all);
-    if (!all || ad_ranks_gather(r, error, sizeof *all, all, &none) != AD_OK) {
-        free(all);
+    /* The first rank that failed, and the first that did not. */
+    const bool failed = error->status != AD_OK;
+    double rank = (double)r->rank, first[2] = {failed ? rank : none, failed ? none : rank};
+    struct ad_error sending = {0}, theirs = *error;
+    if (ad_ranks_least(r, 2, first, &sending) != AD_OK)
         return lost(r, error);
+    if (first[0] == none)
+        return AD_OK;
+    if (ad_ranks_broadcast(r, (size_t)first[0], &theirs, sizeof theirs, &sending) != AD_OK)
+        return lost(r, error);
+    *error = theirs;
+    if (first[1] != none) {
+        *error = (struct ad_error){0};
+        ad_fail(error, theirs.status, "rank %.0f: %s", first[0], theirs.message);
     }
-    size_t first = r->count, failed = 0;
-    for (size_t k = r->count; k-- > 0;)
-        if (all[k].status != AD_OK) {
-            first = k;
-            failed++;
-        }
-    if (failed == r->count)
-        *error = all[0];
-    else if (failed) {
-        *error = none;
-        ad_fail(error, all[first].status, "rank %zu: %s", first, all[first].message);
-    }
-    free(all);
     return error->status;
 }
 
@@ -141,16 +158,11 @@ enum ad_status ad_ranks_same(struct ad_ranks *r, const char *what, const char *t
         return error->status;
     snprintf(mine.text, sizeof mine.text, "%s", text);
     mine.hash = ad_hash(AD_HASH_BEGIN, text, strlen(text));
-    struct said *all = malloc(r->count * sizeof *all);
-    if (!all)
-        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu ranks", r->count);
-    ad_ranks_gather(r, &mine, sizeof mine, all, error);
-    for (size_t k = 1; k < r->count && error->status == AD_OK; k++)
-        if (all[k].hash != all[0].hash)
-            ad_fail(error, AD_E_INPUT, "%s: '%.99s' on rank 0, '%.99s' on rank %zu; expected one",
-                    what, all[0].text, all[k].text, k);
-    free(all);
-    return error->status;
+    struct said first = mine;
+    if (ad_ranks_broadcast(r, 0, &first, sizeof first, error) == AD_OK && first.hash != mine.hash)
+        ad_fail(error, AD_E_INPUT, "%s: '%.99s', on rank 0 '%.99s'; expected one on all", what,
+                mine.text, first.text);
+    return ad_ranks_agree(r, error);
 }
 
 /* ---- tasks ---- */
@@ -178,12 +190,15 @@ static void run_tasks(struct ad_ranks *r, size_t tasks, size_t share, size_t byt
     }
 }
 
-/* Results [tasks x bytes] of those that rank `from` has done, to all. */
+/* Results [tasks x bytes] of those that rank `from` has done, to all. done [tasks]: room. */
 static enum ad_status share_results(struct ad_ranks *r, size_t from, size_t tasks, size_t bytes,
-                                    const unsigned char *done, char *packed, char *results,
-                                    struct ad_error *error)
+                                    const unsigned char *mine, unsigned char *done, char *packed,
+                                    char *results, struct ad_error *error)
 {
     size_t n = 0;
+    memcpy(done, mine, tasks);
+    if (ad_ranks_broadcast(r, from, done, tasks, error) != AD_OK)
+        return error->status;
     for (size_t k = 0; k < tasks; k++)
         if (done[k])
             memcpy(packed + n++ * bytes, results + k * bytes, bytes);
@@ -200,7 +215,7 @@ static enum ad_status deal(struct ad_ranks *r, size_t tasks, size_t bytes, ad_ra
                            void *context, char *results, struct ad_error *error)
 {
     const size_t share = tasks / (256 * r->count) + 1; /* so that dealing takes little */
-    unsigned char *mine = calloc(tasks, 1), *done = malloc(r->count * tasks);
+    unsigned char *mine = calloc(tasks, 1), *done = malloc(tasks);
     char *packed = malloc(tasks * bytes + 1);
     if (!mine || !done || !packed)
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu tasks", tasks);
@@ -208,10 +223,8 @@ static enum ad_status deal(struct ad_ranks *r, size_t tasks, size_t bytes, ad_ra
         run_tasks(r, tasks, share, bytes, run, context, results, mine, error);
         r->dealt += (tasks + share - 1) / share + r->count;
         ad_ranks_agree(r, error);
-        if (bytes)
-            ad_ranks_gather(r, mine, tasks, done, error);
         for (size_t k = 0; bytes && k < r->count && error->status == AD_OK; k++)
-            share_results(r, k, tasks, bytes, done + k * tasks, packed, results, error);
+            share_results(r, k, tasks, bytes, mine, done, packed, results, error);
     }
     free(mine);
     free(done);

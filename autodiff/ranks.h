@@ -54,13 +54,21 @@ enum ad_status ad_ranks_exchange(struct ad_ranks *ranks, size_t to, const void *
 enum ad_status ad_ranks_spread(struct ad_ranks *ranks, size_t from, void **data, size_t *bytes,
                                struct ad_error *error);
 
+/* values [n], n at most AD_RANKS_LEAST, become the least of all ranks', on every rank: in
+   log2(count) rounds, in round k to the rank 2^k further on while from the one as far back. NaN
+   counts as none. */
+#define AD_RANKS_LEAST 2
+enum ad_status ad_ranks_least(struct ad_ranks *ranks, size_t n, double *values,
+                              struct ad_error *error);
+
 /* Of n blocks, rank r has those from ad_ranks_first(ranks, n, r) to before that of r + 1. */
 size_t ad_ranks_first(const struct ad_ranks *ranks, size_t n, size_t rank);
 
 /* The error of the lowest rank that has one, on every rank, its message led by that rank's number
    where other ranks had none. Unlike elsewhere, *error may hold one already. */
 enum ad_status ad_ranks_agree(struct ad_ranks *ranks, struct ad_error *error);
-/* AD_E_INPUT on every rank unless `text`, called `what` in the message, is the same on all. */
+/* AD_E_INPUT on every rank unless `text`, called `what` in the message, is that of rank 0 on all.
+ */
 enum ad_status ad_ranks_same(struct ad_ranks *ranks, const char *what, const char *text,
                              struct ad_error *error);
 

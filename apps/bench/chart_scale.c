@@ -2,8 +2,8 @@
    with a model; and by that model the time of a step on 1 to 10 000 ranks.
 
    The model is LogGP (Alexandrov, Ionescu, Schauser, Scheiman, SPAA 1995) without overhead and gap:
-   a message of k bytes takes L + k / bandwidth. Of p ranks a gather takes log2 p of them in turn
-   and all bytes, a broadcast or a sum log2 p messages. */
+   a message of k bytes takes L + k / bandwidth. Of p ranks a broadcast, a sum or an agreement takes
+   log2 p of them in turn. */
 #include "chart.h"
 #include "apps/bench/measure/thread_ranks.h"
 #include "apps/bench/measure/timing.h"
@@ -26,13 +26,6 @@ struct traffic {
 struct network {
     double latency, bandwidth; /* s, bytes/s */
 };
-
-static void gather(struct traffic *t, const struct network *net, double ranks, double bytes)
-{
-    t->messages += ranks * (ranks - 1);
-    t->bytes += ranks * (ranks - 1) * bytes;
-    t->seconds += ceil(log2(ranks)) * net->latency + (ranks - 1) * bytes / net->bandwidth;
-}
 
 static void broadcast(struct traffic *t, const struct network *net, double ranks, double bytes)
 {
@@ -83,13 +76,16 @@ static void tree(struct traffic *t, const struct network *net, double ranks, dou
     t->seconds += ceil(log2(ranks)) * (net->latency + bytes / net->bandwidth);
 }
 
-/* ad_ranks_agree, ad_ranks_sum of n numbers. */
+/* ad_ranks_agree: two numbers of each rank in each of log2 p rounds. */
 static void agree(struct traffic *t, const struct network *net, double ranks)
 {
-    if (ranks > 1)
-        gather(t, net, ranks, sizeof(struct ad_error));
+    const double rounds = ceil(log2(ranks)), bytes = 16;
+    t->messages += ranks * rounds;
+    t->bytes += ranks * rounds * bytes;
+    t->seconds += rounds * (net->latency + bytes / net->bandwidth);
 }
 
+/* ad_ranks_sum of n numbers. */
 static void sum(struct traffic *t, const struct network *net, double ranks, double blocks, double n)
 {
     if (ranks == 1)

@@ -44,7 +44,6 @@ struct train_run {
     size_t mass_samples;
     struct progress progress;
     double next_checkpoint; /* in seconds of training */
-    unsigned char *wanted;  /* [ranks] after a step */
     struct ad_error failed; /* of a checkpoint on the way */
 };
 /* Ends with train_free, whatever it returned. */

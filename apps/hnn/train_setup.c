@@ -276,17 +276,12 @@ static enum ad_status refuse_unused(const struct train_run *run, struct ad_error
 
 static enum ad_status set_up(struct train_run *run, struct ad_error *error)
 {
-    const struct ad_ranks *ranks = run->options->common.ranks;
     if ((run->pixels ? train_read_frames : read_data)(run, error) != AD_OK ||
         refuse_unused(run, error) != AD_OK || make_model(run, error) != AD_OK ||
-        training_settings(run, error) != AD_OK ||
-        hnn_trainer_new(run->model, &run->settings, &run->train, &run->test, &run->trainer,
-                        error) != AD_OK)
+        training_settings(run, error) != AD_OK)
         return error->status;
-    run->wanted = calloc(ranks ? ranks->count : 1, 1);
-    if (!run->wanted)
-        ad_fail(error, AD_E_MEMORY, "out of memory");
-    return error->status;
+    return hnn_trainer_new(run->model, &run->settings, &run->train, &run->test, &run->trainer,
+                           error);
 }
 
 enum ad_status train_setup(const struct train_options *options, struct train_run *run,
@@ -304,7 +299,6 @@ enum ad_status train_setup(const struct train_options *options, struct train_run
 
 void train_free(struct train_run *run)
 {
-    free(run->wanted);
     hnn_trainer_free(run->trainer);
     hnn_model_free(run->model);
     hnn_dataset_free(&run->data);

@@ -27,33 +27,28 @@ enum ad_status train_save(struct train_run *run, struct ad_error *error)
     return hnn_trainer_save(run->trainer, common->out, common->command, error);
 }
 
-enum { STOP = 1, SAVE = 2 };
-
-/* What this rank wants after a step, or any of all ranks: rank 0 says when to save. */
-static unsigned wanted(struct train_run *run, const hnn_trainer *trainer)
+/* What any rank wants after a step; rank 0 says when to save. */
+static void decide(struct train_run *run, const hnn_trainer *trainer, bool *stop, bool *save)
 {
     struct ad_ranks *ranks = run->options->common.ranks;
     bool due = hnn_trainer_seconds(trainer) >= run->next_checkpoint;
-    unsigned char mine = (interrupted() ? STOP : 0) | (due ? SAVE : 0);
-    if (!ranks)
-        return mine;
-    mine &= ranks->rank == 0 ? STOP | SAVE : STOP;
-    ad_ranks_gather(ranks, &mine, 1, run->wanted, &run->failed);
-    for (size_t k = 0; k < ranks->count; k++)
-        mine |= run->wanted[k];
-    return mine;
+    double wanted[2] = {interrupted() ? -1 : 0, due && (!ranks || ranks->rank == 0) ? -1 : 0};
+    ad_ranks_least(ranks, 2, wanted, &run->failed);
+    *stop = wanted[0] < 0;
+    *save = wanted[1] < 0;
 }
 
 bool train_after_step(void *context, hnn_trainer *trainer)
 {
     struct train_run *run = context;
-    unsigned want = wanted(run, trainer);
+    bool stop, save;
+    decide(run, trainer, &stop, &save);
     show(run);
-    if (want & SAVE) {
+    if (save) {
         struct ad_error ignored = {0}; /* a training does not end for want of its picture */
         train_save(run, &run->failed);
         train_publish(run, false, &ignored);
         run->next_checkpoint = hnn_trainer_seconds(trainer) + run->options->checkpoint;
     }
-    return !(want & STOP) && run->failed.status == AD_OK;
+    return !stop && run->failed.status == AD_OK;
 }

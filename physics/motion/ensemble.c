@@ -160,8 +160,7 @@ static enum ad_status run_ranks(struct team *team, struct ad_error *error)
     const size_t shares = (chunks_of(team) + team->threads - 1) / team->threads;
     const size_t members = team->threads * CHUNK;
     size_t *rank = calloc(shares, sizeof *rank);
-    bool *ended = calloc(ranks->count, sizeof *ended);
-    if (!rank || !ended)
+    if (!rank)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     if (ad_ranks_agree(ranks, error) == AD_OK)
         ad_ranks_deal(ranks, shares, sizeof *rank, run_share, team, rank, error);
@@ -169,11 +168,10 @@ static enum ad_status run_ranks(struct team *team, struct ad_error *error)
         size_t end = (k + 1) * members;
         phys_ensemble_share(&team->task, rank[k], k * members, end < e->n ? end : e->n, error);
     }
-    if (error->status == AD_OK)
-        ad_ranks_gather(ranks, &e->interrupted, sizeof *ended, ended, error);
-    for (size_t k = 0; k < ranks->count && ended; k++)
-        e->interrupted |= ended[k];
-    AD_FREE(rank, ended);
+    double going = !e->interrupted;
+    ad_ranks_least(ranks, 1, &going, error);
+    e->interrupted = going == 0;
+    free(rank);
     return error->status;
 }
 

@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 enum { MOST = 7, BLOCKS = 40, WIDTH = 3, TASKS = 1500 };
@@ -73,18 +74,19 @@ static void test_sums(void **state)
         }
 }
 
-/* The sum goes up the tree once and back: one message of each of the others, and a broadcast. */
+/* Agreement by 4 ranks has two rounds. The sum goes up the tree once and back: one message of each
+   of the others, and a broadcast. */
 static void test_counts(void **state)
 {
     (void)state;
-    const size_t error = sizeof(struct ad_error), values = WIDTH * sizeof(double);
+    const size_t round = 2 * sizeof(double), values = WIDTH * sizeof(double);
     struct sums s = {.blocks = 32, .failing = BLOCKS};
     with_ranks(4, add_up, &s);
-    assert_int_equal(s.messages[0], 3 + 3);
-    assert_int_equal(s.bytes[0], 3 * error + 3 * values);
+    assert_int_equal(s.messages[0], 2 + 3);
+    assert_int_equal(s.bytes[0], 2 * round + 3 * values);
     for (size_t k = 1; k < 4; k++) {
-        assert_int_equal(s.messages[k], 3 + 1);
-        assert_int_equal(s.bytes[k], 3 * error + values);
+        assert_int_equal(s.messages[k], 2 + 1);
+        assert_int_equal(s.bytes[k], 2 * round + values);
     }
 }
 
@@ -98,6 +100,47 @@ static void test_failing_block(void **state)
         assert_int_equal(s.error[k].status, AD_E_NONFINITE);
         assert_mentions(s.error[k].message, "rank 2: block 5");
     }
+}
+
+struct agreeing {
+    bool failing[MOST];
+    double least[MOST][2];
+    struct ad_error error[MOST];
+};
+
+static void meet(void *context, struct ad_ranks *r)
+{
+    struct agreeing *a = context;
+    struct ad_error sending = {0}, *error = &a->error[r->rank];
+    double *least = a->least[r->rank];
+    least[0] = fabs((double)r->rank - 3);
+    least[1] = r->rank == 1 ? (double)NAN : -(double)r->rank;
+    ad_ranks_least(r, 2, least, &sending);
+    if (a->failing[r->rank])
+        ad_fail(error, AD_E_INPUT, "by %zu", r->rank);
+    ad_ranks_agree(r, error);
+}
+
+/* Every set of ranks that fail, of every number of ranks. */
+static void test_agreement(void **state)
+{
+    (void)state;
+    for (size_t count = 1; count <= MOST; count++)
+        for (unsigned set = 0; set < 1U << count; set++) {
+            struct agreeing a = {0};
+            char said[32] = "";
+            for (size_t k = count; k-- > 0;)
+                if ((a.failing[k] = set >> k & 1))
+                    snprintf(said, sizeof said, "rank %zu: by %zu", k, k);
+            with_ranks(count, meet, &a);
+            for (size_t k = 0; k < count; k++) {
+                assert_int_equal(a.error[k].status, set ? AD_E_INPUT : AD_OK);
+                assert_string_equal(a.error[k].message, set + 1 == 1U << count ? "by 0" : said);
+                assert_true(a.least[k][0] == (count > 3 ? 0 : 4 - (double)count));
+                assert_true(count == 2 ? a.least[k][1] == 0
+                                       : a.least[k][1] == -(double)(count - 1));
+            }
+        }
 }
 
 struct dealing {
@@ -214,7 +257,7 @@ int main(void)
         cmocka_unit_test(test_sums),          cmocka_unit_test(test_counts),
         cmocka_unit_test(test_failing_block), cmocka_unit_test(test_tasks),
         cmocka_unit_test(test_failing_task),  cmocka_unit_test(test_texts_and_neighbours),
-        cmocka_unit_test(test_settings),
+        cmocka_unit_test(test_settings),      cmocka_unit_test(test_agreement),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

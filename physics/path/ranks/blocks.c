@@ -239,16 +239,9 @@ enum ad_status phys_ranked_squares(struct phys_ranked_path *p, const double *x, 
 enum ad_status phys_ranked_range(struct phys_ranked_path *p, double range[2],
                                  struct ad_error *error)
 {
-    size_t count = p->ranks ? p->ranks->count : 1;
-    double *all = malloc(2 * count * sizeof *all);
-    if (!all) /* the others wait for this rank's in vain: it is an error of theirs */
-        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu ranks", count);
-    ad_ranks_gather(p->ranks, range, 2 * sizeof *range, all, error);
-    for (size_t k = 0; k < count && error->status == AD_OK; k++) {
-        range[0] = fmin(range[0], all[2 * k]);
-        range[1] = fmax(range[1], all[2 * k + 1]);
-    }
-    free(all);
+    range[1] = -range[1];
+    ad_ranks_least(p->ranks, 2, range, error);
+    range[1] = -range[1];
     return error->status;
 }
 

@@ -111,14 +111,15 @@ static void test_threads(void **state)
     table_free(t);
 }
 
-/* What ranks send is what the model has, and by hand for two of them: a sum is two reports of
-   errors, its two halves, and its result; a gradient two sums of two numbers, and six numbers
-   either way. More ranks than blocks gain nothing; speed-ups end where sending takes all the time.
+/* What ranks send is what the model has, and by hand for two of them: a sum is an agreement
+   on errors of two numbers either way, its half, and its result; a gradient two sums of two
+   numbers, and six numbers either way. More ranks than blocks gain nothing; speed-ups end where
+   sending takes all the time.
  */
 static void test_scale(void **state)
 {
     (void)state;
-    const double sum = 2 * sizeof(struct ad_error) + 2 * 16;
+    const double sum = 2 * 16 + 2 * 16;
     shell_works("$LA chart scale --quick --quiet --out . --latency 1e-5");
     picture_texts_are_apart();
     struct table *t = table_read("scale_counts.csv");
