@@ -94,7 +94,7 @@ static void test_narrow_forces(void **state)
     (void)state;
     static const char *const places[] = {"--set x0=5 --set t0=5", "--set x0=4.987 --set t0=4.987",
                                          "--set x0=3.3333 --set t0=3.3333"};
-    static const double widths[] = {1e-3, 3e-3, 0.01, 0.02, 0.1, 0.5};
+    static const double widths[] = {1e-3, 3e-3, 0.02, 0.5};
     build("narrow");
     size_t missed = 0, met = 0;
     for (size_t i = 0; i < LENGTH(places); i++)
@@ -218,7 +218,7 @@ static void test_events_of_fixed_steps(void **state)
     for (size_t i = 0; i < LENGTH(methods); i++)
         for (size_t k = 0; k < LENGTH(values); k++) {
             shell_works("$LA simulate spring --set m=1 --set k=1 --set q0=1 --set v0=0 --time 6.28 "
-                        "--samples 5000 --json --integrator %s --event q=%.17g",
+                        "--samples 500 --json --integrator %s --event q=%.17g",
                         methods[i], values[k]);
             double error = shell_number("error"), root = acos(values[k]), speed = sin(root);
             const char *at = shell_last_line();

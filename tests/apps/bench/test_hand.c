@@ -173,7 +173,7 @@ static void check_gradient(int scene, const struct hand_kernel *k, double *x)
     for (int at = 0; at < k->dof * N; at++)
         largest = fmax(largest, fabs(g[at]));
     for (size_t s = 0; s < SLICES; s++)
-        for (int c = 0; c<k->dof; c += k->dof> 10 ? 7 : 1) {
+        for (int c = 0; c<k->dof; c += k->dof> 10 ? 13 : 1) {
             int at = c * N + slices[s];
             if (!known[scene])
                 expected[scene][s][c] = difference(scene, k, x, at);
