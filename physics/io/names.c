@@ -2,6 +2,7 @@
 #include "names.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* "a, b, c"; "a, b, ..." where it does not fit. */
