@@ -133,14 +133,8 @@ static double lowest(size_t n, const struct drift *drifts, size_t last)
 static void draw(size_t n, const struct drift *drifts, double periods, size_t last,
                  const struct sheet *sheet, struct plot *plot)
 {
-    static const struct layout layout = {.width = 860,
-                                         .height = 500,
-                                         .rows = 1,
-                                         .columns = 1,
-                                         .left = 0.1,
-                                         .right = 0.8,
-                                         .bottom = 0.11,
-                                         .top = 0.92};
+    static const struct layout layout = {
+        .width = 860, .height = 500, .room = {0.1, 0.8, 0.11, 0.92}};
     static const int marks[] = {1, 2, 7, 5, 9, 11, 13, 4, 6, 8, 10, 12, 3};
     char title[96], x[32], y[32];
     struct figure figure;

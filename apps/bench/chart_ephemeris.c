@@ -78,12 +78,8 @@ static void draw(const struct sheet *sheet, size_t days, struct plot *plot)
                                          .title = "Distance of models from the tables",
                                          .rows = 2,
                                          .columns = 2,
-                                         .left = 0.07,
-                                         .right = 0.99,
-                                         .bottom = 0.21,
-                                         .top = 0.9,
-                                         .gap_x = 0.05,
-                                         .gap_y = 0.09};
+                                         .room = {0.07, 0.99, 0.21, 0.9},
+                                         .gap = {0.05, 0.09}};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (size_t k = 0; k < PHYS_EPHEMERIS_PLANETS; k++)

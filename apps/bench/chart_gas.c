@@ -164,14 +164,10 @@ static void draw(const struct sheet *sizes, const struct sheet *cooling, struct 
 {
     static const struct layout layout = {.width = 1040,
                                          .height = 440,
-                                         .rows = 1,
                                          .columns = 2,
-                                         .left = 0.07,
-                                         .right = 0.93,
-                                         .bottom = 0.14,
-                                         .top = 0.84,
+                                         .room = {0.07, 0.93, 0.14, 0.84},
                                          .title = "A gas of Lennard-Jones bodies",
-                                         .gap_x = 0.09};
+                                         .gap = {0.09, 0}};
     struct figure figure;
     char title[64];
     figure_begin(&figure, plot, &layout);

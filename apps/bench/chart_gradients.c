@@ -126,13 +126,9 @@ static void draw(const struct race races[HAND_N], struct plot *plot)
         .height = 400,
         .title = "Derivatives of the action beside hand-written C: "
                  "100 slices, one thread, f64; above the bars microseconds",
-        .rows = 1,
         .columns = N_PANELS,
-        .left = 0.06,
-        .right = 0.99,
-        .bottom = 0.11,
-        .top = 0.8,
-        .gap_x = 0.06};
+        .room = {0.06, 0.99, 0.11, 0.8},
+        .gap = {0.06, 0}};
     static const char *const names[] = {"interpreted", "compiled", "by hand"};
     static const char *const colours[] = {"#0072b2", "#009e73", "#e69f00"};
     struct figure figure;

@@ -216,12 +216,8 @@ static void draw(const struct sheet *sheet, size_t n, const struct network netwo
                                          .title = "Learning a pendulum: errors over CPU time",
                                          .rows = 2,
                                          .columns = 2,
-                                         .left = 0.075,
-                                         .right = 0.82,
-                                         .bottom = 0.11,
-                                         .top = 0.89,
-                                         .gap_x = 0.05,
-                                         .gap_y = 0.075};
+                                         .room = {0.075, 0.82, 0.11, 0.89},
+                                         .gap = {0.05, 0.075}};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (int p = 0; p < 4; p++)

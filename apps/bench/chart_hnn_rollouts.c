@@ -255,14 +255,10 @@ static void draw(const struct rollouts *r, struct plot *plot)
 {
     static const struct layout layout = {.width = 1040,
                                          .height = 480,
-                                         .rows = 1,
                                          .columns = 2,
-                                         .left = 0.08,
-                                         .right = 0.8,
+                                         .room = {0.08, 0.8, 0.12, 0.85},
                                          .title = "A network followed by several methods",
-                                         .bottom = 0.12,
-                                         .top = 0.85,
-                                         .gap_x = 0.05};
+                                         .gap = {0.05, 0}};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (size_t t = 0; t < ROLLOUT_TYPES; t++)

@@ -124,13 +124,9 @@ static void draw(size_t n, const struct job jobs[], struct plot *plot)
 {
     const struct layout layout = {.width = 1000,
                                   .height = 170 + 27 * (int)n,
-                                  .rows = 1,
                                   .columns = 2,
-                                  .left = 0.19,
-                                  .right = 0.985,
-                                  .bottom = 0.14,
-                                  .top = 0.8,
-                                  .gap_x = 0.04};
+                                  .room = {0.19, 0.985, 0.14, 0.8},
+                                  .gap = {0.04, 0}};
     char range[32];
     struct figure figure;
     struct panel panel = {.title = "CPU time of the whole job (s)",

@@ -250,12 +250,8 @@ static void draw(const struct sheet *sheet, struct plot *plot)
                                          .title = "Gradients of the action: cost over size",
                                          .rows = 2,
                                          .columns = 2,
-                                         .left = 0.08,
-                                         .right = 0.985,
-                                         .bottom = 0.115,
-                                         .top = 0.88,
-                                         .gap_x = 0.1,
-                                         .gap_y = 0.09};
+                                         .room = {0.08, 0.985, 0.115, 0.88},
+                                         .gap = {0.1, 0.09}};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (size_t s = 0; s < N_SERIES; s++)

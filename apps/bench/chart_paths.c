@@ -5,12 +5,8 @@ const struct layout figure_of_six = {.width = 1120,
                                      .height = 680,
                                      .rows = 2,
                                      .columns = 3,
-                                     .left = 0.075,
-                                     .right = 0.78,
-                                     .bottom = 0.08,
-                                     .top = 0.9,
-                                     .gap_x = 0.045,
-                                     .gap_y = 0.1};
+                                     .room = {0.075, 0.78, 0.08, 0.9},
+                                     .gap = {0.045, 0.1}};
 
 enum ad_status chart_paths(struct chart *chart, struct ad_error *error)
 {

@@ -310,13 +310,9 @@ static void draw(const struct sheet *sheet, struct plot *plot)
     static const struct layout layout = {.width = 1040,
                                          .height = 480,
                                          .title = "Wave packets: CPU time to reach an error",
-                                         .rows = 1,
                                          .columns = PROBLEMS,
-                                         .left = 0.07,
-                                         .right = 0.985,
-                                         .bottom = 0.14,
-                                         .top = 0.85,
-                                         .gap_x = 0.045};
+                                         .room = {0.07, 0.985, 0.14, 0.85},
+                                         .gap = {0.045, 0}};
     struct figure figure;
     figure_begin(&figure, plot, &layout);
     for (size_t p = 0; p < PROBLEMS; p++) {

@@ -318,14 +318,10 @@ static void draw(const struct sheet *model, struct plot *plot)
 {
     static const struct layout layout = {.width = 1040,
                                          .height = 440,
-                                         .rows = 1,
                                          .columns = 2,
-                                         .left = 0.07,
-                                         .right = 0.72,
-                                         .bottom = 0.14,
-                                         .top = 0.88,
+                                         .room = {0.07, 0.72, 0.14, 0.88},
                                          .title = "Ranks, as planned by the model",
-                                         .gap_x = 0.08};
+                                         .gap = {0.08, 0}};
     static const char *const shown[][2] = {{"speedup", NULL},
                                            {"efficiency", "at graph 1.03,1 " KEY_COLUMN}};
     struct figure figure;

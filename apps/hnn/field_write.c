@@ -53,14 +53,8 @@ enum ad_status field_picture(const void *context, struct plot *plot, struct ad_e
 {
     const struct field *f = context;
     const char *unit = hnn_model_noted(f->model, "unit");
-    struct layout layout = {.width = 560,
-                            .height = 500,
-                            .rows = 1,
-                            .columns = 1,
-                            .left = 0.14,
-                            .right = f->ode.energy ? 0.82 : 0.97,
-                            .bottom = 0.12,
-                            .top = 0.92};
+    struct layout layout = {
+        .width = 560, .height = 500, .room = {0.14, f->ode.energy ? 0.82 : 0.97, 0.12, 0.92}};
     struct figure figure;
     char across[32], up[32];
     name(f, f->plane.across, across);

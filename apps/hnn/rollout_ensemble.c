@@ -336,10 +336,10 @@ static enum ad_status draw(const void *context, struct plot *plot, struct ad_err
     layout.columns = all > 1 ? 2 : 1;
     layout.rows = all > 2 ? 2 : 1;
     layout.height = all > 2 ? 760 : 440;
-    layout.gap_y = 0.16;
-    layout.gap_x = 0.11;
-    layout.right = 0.98;
-    layout.top = 0.88;
+    layout.gap.y = 0.16;
+    layout.gap.x = 0.11;
+    layout.room.right = 0.98;
+    layout.room.top = 0.88;
     layout.title = title;
     snprintf(title, sizeof title, "motion of %zu networks by %s", e->n,
              first(e)->settings.integrator->name);

@@ -183,18 +183,15 @@ enum ad_status rollout_picture(const void *context, struct plot *plot, struct ad
     char title[120];
     struct line line = {0};
     struct range range[QUANTITIES];
-    struct layout layout = {.width = columns > 2 ? 1040 : 400 * columns,
-                            .height = (int)height,
-                            .title = title,
-                            .found = line.text,
-                            .rows = rows,
-                            .columns = columns,
-                            .left = 0.24 * width,
-                            .right = 1 - 0.05 * width,
-                            .bottom = 55 / height,
-                            .top = 1 - ABOVE / height,
-                            .gap_x = 0.27 * width,
-                            .gap_y = 85 / height};
+    struct layout layout = {
+        .width = columns > 2 ? 1040 : 400 * columns,
+        .height = (int)height,
+        .title = title,
+        .found = line.text,
+        .rows = rows,
+        .columns = columns,
+        .room = {0.24 * width, 1 - 0.05 * width, 55 / height, 1 - ABOVE / height},
+        .gap = {0.27 * width, 85 / height}};
     struct figure figure;
     snprintf(title, sizeof title, "motion of %zu network%s by %s, %zu outputs", run->n_models,
              run->n_models > 1 ? "s" : "", run->settings.integrator->name, run->settings.n);

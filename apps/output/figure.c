@@ -6,14 +6,8 @@
 #include <stdarg.h>
 #include <string.h>
 
-const struct layout figure_pair = {.height = 480,
-                                   .rows = 1,
-                                   .columns = 2,
-                                   .left = 0.095,
-                                   .right = 0.985,
-                                   .bottom = 0.115,
-                                   .top = 0.82,
-                                   .gap_x = 0.2};
+const struct layout figure_pair = {
+    .height = 480, .columns = 2, .room = {0.095, 0.985, 0.115, 0.82}, .gap = {0.2, 0}};
 const char *const figure_colours[FIGURE_LEGEND] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                                    "#e69f00", "#56b4e9", "#6b6b6b", "#000000"};
 
@@ -78,10 +72,12 @@ static void end_panel(struct figure *figure)
 static struct place next_place(const struct figure *figure)
 {
     const struct layout *l = &figure->layout;
-    double row = figure->panel / l->columns, column = figure->panel % l->columns;
-    double width = (l->right - l->left - (l->columns - 1) * l->gap_x) / l->columns;
-    double height = (l->top - l->bottom - (l->rows - 1) * l->gap_y) / l->rows;
-    double left = l->left + column * (width + l->gap_x), top = l->top - row * (height + l->gap_y);
+    const struct place *room = &l->room;
+    int rows = l->rows ? l->rows : 1, columns = l->columns ? l->columns : 1;
+    double width = (room->right - room->left - (columns - 1) * l->gap.x) / columns;
+    double height = (room->top - room->bottom - (rows - 1) * l->gap.y) / rows;
+    double left = room->left + figure->panel % columns * (width + l->gap.x);
+    double top = room->top - figure->panel / columns * (height + l->gap.y);
     return (struct place){left, left + width, top - height, top};
 }
 

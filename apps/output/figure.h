@@ -41,9 +41,11 @@ struct place {
 struct layout {
     int width, height; /* of the picture; 0: as it is */
     const char *title; /* above all panels; NULL: none */
-    int rows, columns;
-    double left, right, bottom, top; /* margins of all panels together */
-    double gap_x, gap_y;
+    int rows, columns; /* 0: 1 */
+    struct place room; /* of all panels together */
+    struct {
+        double x, y;
+    } gap;                  /* between them */
     const char *expression; /* the title as an expression of gnuplot's */
     const char *found;      /* a second line: what the run found; NULL: none */
     size_t frames; /* of an animation, in which commands know the frame as f, from 0; 0: a still */

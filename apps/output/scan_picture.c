@@ -212,10 +212,10 @@ enum ad_status scan_draw(const void *context, struct plot *plot, struct ad_error
     struct layout layout = figure_pair;
     layout.rows = shown > 2 ? 2 : 1;
     layout.columns = shown > 1 ? 2 : 1;
-    layout.top = 0.9;
-    layout.gap_y = 0.16;
-    layout.gap_x = map ? 0.2 : 0.11;
-    layout.right = map ? 0.88 : 0.98;
+    layout.room.top = 0.9;
+    layout.gap.y = 0.16;
+    layout.gap.x = map ? 0.2 : 0.11;
+    layout.room.right = map ? 0.88 : 0.98;
     layout.height = shown > 2 ? 760 : 440;
     write_data(scan, plot->data);
     fputs("what = ", plot->script);

@@ -262,7 +262,7 @@ enum ad_status path_picture(const void *context, struct plot *plot, struct ad_er
     layout.found = line.text;
     if (!changes) {
         layout.columns = 1;
-        layout.right = 0.78; /* a legend beside */
+        layout.room.right = 0.78; /* a legend beside */
     }
     if (plot->animated) {
         layout.frames = frames + 1 + HOLD;

@@ -98,10 +98,10 @@ enum ad_status paper_picture(const void *context, struct plot *plot, struct ad_e
     layout.title = hbar;
     layout.found = "left: the kernel, its real part; right: the density over time";
     layout.rows = 2;
-    layout.gap_x = 0.1;
-    layout.bottom = 0.06;
-    layout.top = 0.9;
-    layout.gap_y = 0.13;
+    layout.gap.x = 0.1;
+    layout.room.bottom = 0.06;
+    layout.room.top = 0.9;
+    layout.gap.y = 0.13;
     fputs("unset colorbox\n", plot->script);
     figure_begin(&figure, plot, &layout);
     kernel_panel(&figure, "as published: Re K", 0);

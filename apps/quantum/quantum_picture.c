@@ -201,7 +201,7 @@ static void draw(const struct quantum_run *run, const struct range *V, double en
              run->slice.hbar, grid->n);
     name_found(run, &line);
     times(&run->result, frames, out);
-    layout.right = 0.92;
+    layout.room.right = 0.92;
     layout.title = title;
     layout.found = line.text;
     layout.frames = frames;

@@ -112,14 +112,7 @@ enum ad_status simulate_section_picture(const struct simulate_run *run, struct p
 {
     const struct simulate_section *s = &run->section;
     const size_t columns = 3 + 2 * run->system.dof;
-    struct layout layout = {.width = 640,
-                            .height = 620,
-                            .rows = 1,
-                            .columns = 1,
-                            .left = 0.14,
-                            .right = 0.96,
-                            .bottom = 0.1,
-                            .top = 0.86};
+    struct layout layout = {.width = 640, .height = 620, .room = {0.14, 0.96, 0.1, 0.86}};
     char names[2][SIMULATE_NAME], title[160], lost[64];
     size_t axis[2] = {s->axis[0], s->axis[1]};
     if (!axis[0])

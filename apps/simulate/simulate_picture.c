@@ -278,7 +278,8 @@ enum ad_status simulate_picture(const void *context, struct plot *plot, struct a
              s->setting);
     fprintf(plot->script, "n(f) = %zu * (f + 1) / %zu\nf = 0\n", s->n - 1, layout.frames);
     layout.title = title;
-    layout.top -= 0.032 * (double)(errors.n > 4 ? (errors.n - 3) / 2 : 0); /* rows of the legend */
+    layout.room.top -=
+        0.032 * (double)(errors.n > 4 ? (errors.n - 3) / 2 : 0); /* rows of the legend */
     layout.found = line.text;
     figure_begin(&figure, plot, &layout);
     left(&figure, s, &view);

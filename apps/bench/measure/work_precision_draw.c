@@ -220,12 +220,8 @@ void work_draw(const char *title, size_t n, const struct work_curve curves[], do
                                   .title = title,
                                   .found = "strip: the fastest method to reach each error, drawn "
                                            "thick; darker shades are of higher order",
-                                  .rows = 1,
                                   .columns = 2,
-                                  .left = 0.07,
-                                  .right = 0.81,
-                                  .bottom = 0.11,
-                                  .top = 0.85};
+                                  .room = {0.07, 0.81, 0.11, 0.85}};
     struct decades d = fastest(n, curves);
     struct figure figure;
     char seconds[48], evaluations[48];
