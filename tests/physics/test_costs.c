@@ -3,6 +3,10 @@
    change that costs less changes the table. */
 #include "motion.h"
 #include "systems.h"
+#include "physics/fit/fit.h"
+#include "physics/modes/modes.h"
+#include "physics/stability/periodic.h"
+#include "physics/stability/stability.h"
 #include "tests/close.h"
 
 #include <stdio.h>
@@ -150,9 +154,132 @@ static void paths(void **state)
     }
 }
 
+/* ---- searches ---- */
+
+struct sought {
+    struct phys_system system;
+    double time, q[MOTION_DOF], v[MOTION_DOF], x[2 * MOTION_DOF];
+};
+
+static double reference(struct sought *s, double accuracy, struct ad_error *error)
+{
+    struct phys_reference result;
+    const double t[] = {0, s->time / 3, s->time};
+    phys_reference(&s->system, s->q, s->v, 3, t, accuracy, goes_on, NULL, &result, error);
+    phys_reference_free(&result);
+    return 0;
+}
+
+static double periodic(struct sought *s, double accuracy, struct ad_error *error)
+{
+    struct phys_periodic result;
+    const struct phys_periodic_settings how = {
+        .size = sizeof how, .x = s->x, .period = s->time * (1 + accuracy), .proceed = goes_on};
+    phys_periodic_find(&s->system, &how, &result, error);
+    const double iterations = (double)result.iterations;
+    phys_periodic_free(&result);
+    return iterations;
+}
+
+static double equilibria(struct sought *s, double accuracy, struct ad_error *error)
+{
+    struct phys_equilibria result;
+    const struct phys_equilibria_settings how = {
+        .size = sizeof how, .starts = (size_t)accuracy, .proceed = goes_on};
+    phys_equilibria_find(&s->system, &how, &result, error);
+    const double n = (double)result.n;
+    phys_equilibria_free(&result);
+    return n;
+}
+
+static double lyapunov(struct sought *s, double accuracy, struct ad_error *error)
+{
+    struct phys_ode ode;
+    struct phys_lyapunov result;
+    const struct phys_lyapunov_settings how = {.size = sizeof how,
+                                               .t1 = s->time,
+                                               .tolerance = accuracy,
+                                               .known = 1e-6,
+                                               .lost = 1e-2,
+                                               .proceed = goes_on};
+    phys_ode_lagrangian(&s->system, &ode, error);
+    phys_lyapunov(&ode, s->x, &how, &result, error);
+    phys_ode_free(&ode);
+    return 0;
+}
+
+/* Rows of the motion with a parameter 5 % off. */
+static double fit(struct sought *s, double change, struct ad_error *error)
+{
+    enum { ROWS = 60 };
+    static double states[ROWS * 2 * MOTION_DOF], t[ROWS];
+    const char *const name = s->system.scene->params[0].name;
+    const double noise[2 * MOTION_DOF] = {1e-3, 1e-3, 1e-3, 1e-3};
+    const double value = phys_system_get(&s->system, name);
+    struct phys_motion_solution m;
+    struct phys_fit result;
+    const struct phys_motion_settings moving = {.size = sizeof moving,
+                                                .time = s->time,
+                                                .tolerance = 1e-12,
+                                                .n_samples = ROWS - 1,
+                                                .no_reference = true};
+    phys_motion_solve(&s->system, &moving, &m, error);
+    assert_int_equal(m.n, ROWS);
+    memcpy(t, m.t, sizeof t);
+    memcpy(states, m.x, ROWS * 2 * s->system.dof * sizeof *states);
+    phys_motion_solution_free(&m);
+    const struct phys_fit_data data = {.size = sizeof data, .n = ROWS, .t = t, .x = states};
+    const struct phys_fit_settings how = {.size = sizeof how,
+                                          .n_free = 1,
+                                          .free = &name,
+                                          .noise = noise,
+                                          .tries = 1,
+                                          .proceed = goes_on};
+    system_set(&s->system, name, value * (1 + change));
+    phys_fit_solve(&s->system, &data, &how, &result, error);
+    const double iterations = (double)result.iterations;
+    phys_fit_free(&result);
+    return iterations;
+}
+
+/* What was found, and calls of `proceed`. */
+static void searches(void **state)
+{
+    static const struct {
+        double (*find)(struct sought *s, double setting, struct ad_error *error);
+        struct row row;
+    } rows[] = {
+        {reference, {"kepler", 0.1, 20, {0, 4711, 0}}},
+        {reference, {"dblpend", 0.1, 10, {0, 4108, 0}}},
+        {reference, {"arenstorf", 0.1, 17, {0, 4737, 0}}},
+        {periodic, {"kepler", 0.01, 6.28319, {6, 1007, 0}}},
+        {periodic, {"figure8", 0.002, 6.3259, {5, 1826, 0}}},
+        {equilibria, {"dblpend", 20, 0, {4, 20, 0}}},
+        {equilibria, {"double-well", 10, 0, {3, 10, 0}}},
+        {lyapunov, {"dblpend", 1e-10, 20, {0, 2361, 0}}},
+        {lyapunov, {"kepler", 1e-10, 60, {0, 2656, 0}}},
+        {fit, {"pendulum", 0.2, 10, {5, 54, 0}}},
+        {fit, {"dblpend", 0.1, 6, {6, 516, 0}}},
+    };
+    (void)state;
+    for (size_t r = 0; r < LENGTH(rows); r++) {
+        struct ad_error error = {0};
+        struct sought s = {.system = system_opened(rows[r].row.what), .time = rows[r].row.time};
+        system_start(&s.system, 1, s.q, s.v);
+        memcpy(s.x, s.q, s.system.dof * sizeof *s.q);
+        memcpy(s.x + s.system.dof, s.v, s.system.dof * sizeof *s.v);
+        asked = 0;
+        const double found = rows[r].find(&s, rows[r].row.setting, &error);
+        assert_string_equal(error.message, "");
+        compare("search", &rows[r].row, (double[]){found, (double)asked, 0});
+        phys_system_close(&s.system);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(searches),
         cmocka_unit_test(motions),
         cmocka_unit_test(required_errors),
         cmocka_unit_test(paths),
