@@ -14,15 +14,25 @@ AD_HEADER_BEGIN
    [K x n]; NULL: hnn_training.dt. Of rates by forward differences `steps` [n] are their lengths,
    for the check that velocities are the rates of coordinates. Models of pixels learn from
    contiguous frames of `frame` pixels: sample k is the observation that begins with frame first[k],
-   its target the one a frame later. */
+   its target the one a frame later.
+
+   Each of many ranks (hnn_training.ranks) may hold a part of the states and rates, no less than
+   hnn_samples_share: samples begin to end - 1, in arrays of as many columns. end 0: all. */
 struct hnn_samples {
     size_t n;
     const double *x, *target, *steps;
     const float *frames;
     const size_t *first; /* [n] */
     size_t frame;
-    void *reserved[4]; /* NULL: room for what later releases add */
+    size_t begin, end;
+    void *reserved[2]; /* NULL: room for what later releases add */
 };
+static inline size_t hnn_samples_held(const struct hnn_samples *s)
+{
+    return s->end ? s->end - s->begin : s->n;
+}
+/* The part of n samples that a rank needs: its even part, and 8192 more to either side. */
+void hnn_samples_share(const struct ad_ranks *ranks, size_t n, size_t *begin, size_t *end);
 
 struct hnn_optimiser;
 struct hnn_schedule;

@@ -42,6 +42,7 @@ struct train_run {
     struct hnn_video_motion motion; /* of pixels */
     struct hnn_mass mass;           /* of lnn, at some training samples; condition 0: of others */
     size_t mass_samples;
+    double loss_of_zero; /* train_find_loss_of_zero */
     struct progress progress;
     double next_checkpoint; /* in seconds of training */
     struct ad_error failed; /* of a checkpoint on the way */
@@ -73,7 +74,7 @@ enum ad_status train_check_outputs(const struct train_options *options, struct a
 /* Its kind, as --model names it. */
 const char *train_model_name(const struct train_run *run);
 /* The loss of a field that is 0 everywhere; NaN for pixels. */
-double train_loss_of_zero(const struct train_run *run);
+enum ad_status train_find_loss_of_zero(struct train_run *run, struct ad_error *error);
 void train_report(const struct train_run *run, struct report *report);
 
 #endif

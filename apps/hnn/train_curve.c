@@ -52,7 +52,7 @@ static void draw(const struct train_run *run, double train, double test, struct 
     struct figure figure;
     struct layout layout = figure_pair;
     bool tested, any = write_losses(run, plot->data, &tested);
-    const double zero = train_loss_of_zero(run);
+    const double zero = run->loss_of_zero;
     const size_t step = hnn_trainer_step(run->trainer);
     line_add(&found, "%zu of %zu steps", step, run->settings.steps);
     line_add(&found, "train loss %.3g", train);

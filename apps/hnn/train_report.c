@@ -88,33 +88,40 @@ static void report_columns(const struct train_run *run, struct report *report)
         report_line(report, "  the line of units is skipped");
 }
 
+static void add_still(void *context, size_t k, double *sum)
+{
+    const struct train_run *run = context;
+    const struct hnn_samples *s = &run->train;
+    const struct hnn_dataset *d = &run->data;
+    const size_t n = hnn_samples_held(s), states = 2 * d->dof, rollout = run->settings.rollout;
+    const double *unit = rollout ? d->scale : d->rate;
+    const bool moves = lagrangian(run) && !rollout;
+    for (size_t r = 0; r < states * (rollout ? rollout : 1); r++) {
+        double still = rollout               ? s->x[r % states * n + k]
+                       : moves && r < d->dof ? s->x[(d->dof + r) * n + k]
+                                             : 0;
+        double away = s->target[r * n + k] - still;
+        *sum += pow(run->options->normalise ? away / unit[r % states] : away, 2);
+    }
+}
+
 /* The loss of a field that is 0 everywhere, of a Lagrangian model but for dq/dt = v: of samples
    whose targets are rates, or the states that follow. Units are those of the loss (train_loss.c).
    NaN for pixels. */
-double train_loss_of_zero(const struct train_run *run)
+enum ad_status train_find_loss_of_zero(struct train_run *run, struct ad_error *error)
 {
-    if (run->pixels)
-        return NAN;
-    const struct hnn_samples *s = &run->train;
-    const struct hnn_dataset *d = &run->data;
-    size_t states = 2 * d->dof, rows = states * (run->settings.rollout ? run->settings.rollout : 1);
-    const double *unit = run->settings.rollout ? d->scale : d->rate;
-    const bool moves = lagrangian(run) && !run->settings.rollout;
-    double sum = 0;
-    for (size_t r = 0; r < rows; r++)
-        for (size_t k = 0; k < s->n; k++) {
-            double still = run->settings.rollout ? s->x[r % states * s->n + k]
-                           : moves && r < d->dof ? s->x[(d->dof + r) * s->n + k]
-                                                 : 0;
-            double away = s->target[r * s->n + k] - still;
-            sum += pow(run->options->normalise ? away / unit[r % states] : away, 2);
-        }
-    return sum / (double)(rows * s->n);
+    size_t rows = 2 * run->data.dof * (run->settings.rollout ? run->settings.rollout : 1);
+    run->loss_of_zero = (double)NAN;
+    if (!run->pixels)
+        hnn_samples_sum(run->options->common.ranks, &run->train, 1, add_still, run,
+                        &run->loss_of_zero, error);
+    run->loss_of_zero /= (double)(rows * run->train.n);
+    return error->status;
 }
 
 static void report_loss(const struct train_run *run, struct report *report)
 {
-    double loss = hnn_trainer_train_loss(run->trainer), zero = train_loss_of_zero(run);
+    double loss = hnn_trainer_train_loss(run->trainer), zero = run->loss_of_zero;
     report_number(report, "train_loss", "train loss", NULL, loss);
     if (!run->pixels)
         report_number(report, "zero_loss", "  of a field of 0", NULL, zero);

@@ -175,6 +175,12 @@ static enum ad_status make_model(struct train_run *run, struct ad_error *error)
     return note_all(run, error);
 }
 
+/* What looks at all samples at once: the check of velocities, and models of unknown kind. */
+static bool shares(const struct train_options *o)
+{
+    return !o->from && strcmp(o->model, "lnn") != 0;
+}
+
 static enum ad_status read_data(struct train_run *run, struct ad_error *error)
 {
     const struct train_options *o = run->options;
@@ -198,7 +204,8 @@ static enum ad_status read_data(struct train_run *run, struct ad_error *error)
                                      .test_fraction =
                                          isnan(o->test_fraction) ? 0 : o->test_fraction,
                                      .split = (enum hnn_split)split,
-                                     .seed = o->common.seed};
+                                     .seed = o->common.seed,
+                                     .ranks = shares(o) ? o->common.ranks : NULL};
     if (hnn_dataset_read(&s, &run->data, error) == AD_OK) {
         run->train = run->data.train;
         run->test = run->data.test;
@@ -278,7 +285,7 @@ static enum ad_status set_up(struct train_run *run, struct ad_error *error)
 {
     if ((run->pixels ? train_read_frames : read_data)(run, error) != AD_OK ||
         refuse_unused(run, error) != AD_OK || make_model(run, error) != AD_OK ||
-        training_settings(run, error) != AD_OK)
+        training_settings(run, error) != AD_OK || train_find_loss_of_zero(run, error) != AD_OK)
         return error->status;
     return hnn_trainer_new(run->model, &run->settings, &run->train, &run->test, &run->trainer,
                            error);

@@ -51,39 +51,57 @@ static enum ad_status check_settings(const struct hnn_dataset_settings *s, struc
 
 /* ---- sizes of states and rates ---- */
 
-static void mean_and_deviation(size_t n, const double *x, double *mean, double *deviation)
+/* Rows of states and rates, and what is to be summed of each. */
+struct moments {
+    const struct hnn_samples *samples;
+    size_t components, held, rows;
+    const double *mean; /* [rows]; NULL: sums of the values, else of squares about it */
+};
+
+static void add_moments(void *context, size_t k, double *sum)
 {
-    double sum = 0, squares = 0;
-    for (size_t i = 0; i < n; i++)
-        sum += x[i];
-    *mean = sum / (double)n;
-    for (size_t i = 0; i < n; i++)
-        squares += (x[i] - *mean) * (x[i] - *mean);
-    *deviation = sqrt(squares / (double)n);
+    const struct moments *m = context;
+    for (size_t r = 0; r < m->rows; r++) {
+        bool state = r < m->components;
+        const double *row = state ? m->samples->x + r * m->held
+                                  : m->samples->target + (r - m->components) * m->held;
+        sum[r] += m->mean ? (row[k] - m->mean[r]) * (row[k] - m->mean[r]) : row[k];
+    }
 }
 
 /* A component that never changes keeps its unit. */
 static double positive(double size) { return size > 0 ? size : 1; }
 
-static enum ad_status measure_scales(struct hnn_dataset *dataset, bool rates,
-                                     struct ad_error *error)
+static enum ad_status measure_scales(const struct hnn_dataset_settings *s,
+                                     struct hnn_dataset *dataset, struct ad_error *error)
 {
-    size_t components = 2 * dataset->dof, n = dataset->train.n;
-    dataset->centre = malloc(3 * components * sizeof(double));
-    if (!dataset->centre)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    dataset->scale = dataset->centre + components;
-    dataset->rate = rates ? dataset->scale + components : NULL;
-    for (size_t c = 0; c < components; c++) {
-        double mean, deviation;
-        mean_and_deviation(n, dataset->train.x + c * n, &dataset->centre[c], &deviation);
-        dataset->scale[c] = positive(deviation);
-        if (!rates)
-            continue;
-        mean_and_deviation(n, dataset->train.target + c * n, &mean, &deviation);
-        dataset->rate[c] = positive(hypot(mean, deviation));
+    const struct hnn_samples *train = &dataset->train;
+    const size_t n = 2 * dataset->dof, rows = s->rollout ? n : 2 * n;
+    struct moments m = {train, n, hnn_samples_held(train), rows, NULL};
+    double *mean = malloc(2 * rows * sizeof *mean), *square = mean ? mean + rows : NULL;
+    dataset->centre = malloc(3 * n * sizeof(double));
+    if (!mean || !dataset->centre)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (ad_ranks_agree(s->ranks, error) == AD_OK)
+        hnn_samples_sum(s->ranks, train, rows, add_moments, &m, mean, error);
+    for (size_t r = 0; r < rows && error->status == AD_OK; r++)
+        mean[r] /= (double)train->n;
+    m.mean = mean;
+    if (error->status == AD_OK &&
+        hnn_samples_sum(s->ranks, train, rows, add_moments, &m, square, error) == AD_OK) {
+        dataset->scale = dataset->centre + n;
+        dataset->rate = s->rollout ? NULL : dataset->scale + n;
+        for (size_t r = 0; r < rows; r++) {
+            double deviation = sqrt(square[r] / (double)train->n);
+            if (r < n) {
+                dataset->centre[r] = mean[r];
+                dataset->scale[r] = positive(deviation);
+            } else
+                dataset->rate[r - n] = positive(hypot(mean[r], deviation));
+        }
     }
-    return AD_OK;
+    free(mean);
+    return error->status;
 }
 
 /* Sizes of the rates in the first step of rollouts. */
@@ -201,8 +219,9 @@ enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
         take_names(dataset, &table);
         bool apart = has_test(settings);
         if ((!apart || read_test(settings, dataset, &other, error) == AD_OK) &&
-            hnn_samples_make(settings, &table, apart ? &other : &table, dataset, error) == AD_OK)
-            measure_scales(dataset, settings->rollout == 0, error);
+            (hnn_samples_make(settings, &table, apart ? &other : &table, dataset, error),
+             ad_ranks_agree(settings->ranks, error)) == AD_OK)
+            measure_scales(settings, dataset, error);
     }
     hnn_table_free(&other);
     hnn_table_free(&table);

@@ -80,6 +80,10 @@ struct hnn_dataset_settings {
     double test_fraction; /* ... this fraction of the samples (or trajectories), 0 <= f < 1 */
     enum hnn_split split;
     uint64_t seed;
+    /* Not NULL: all ranks read together. Of a file whose rows are samples by themselves (rates from
+       columns, no time, trials or rollouts, nothing skipped) each holds its share of the samples
+       (hnn_samples_share), 1 byte a row besides; of others, all. */
+    struct ad_ranks *ranks;
 };
 
 struct hnn_dataset {
@@ -112,6 +116,12 @@ enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
 enum ad_status hnn_dataset_arrays(size_t dof, size_t samples, const double *x, const double *rate,
                                   double test_fraction, struct hnn_dataset *dataset,
                                   struct ad_error *error);
+/* Adds what sample k of those held is worth to sum. */
+typedef void hnn_samples_add(void *context, size_t k, double *sum);
+/* sum [n] over all samples, the same bits for any number of ranks. */
+enum ad_status hnn_samples_sum(struct ad_ranks *ranks, const struct hnn_samples *samples, size_t n,
+                               hnn_samples_add *add, void *context, double *sum,
+                               struct ad_error *error);
 void hnn_dataset_free(struct hnn_dataset *dataset); /* takes zero-initialised ones too */
 /* hnn_model_normalise with means, deviations and rates of the training samples; for rollouts with
    the rates of their first step. */

@@ -21,14 +21,6 @@ static double central(const double *x, const double *t, size_t i)
 
 /* ---- samples ---- */
 
-/* One part of a data set while it is filled. */
-struct part {
-    struct hnn_table *table;
-    enum hnn_role role;
-    size_t n;
-    double *x, *target, *steps; /* steps: of rollouts, or forward differences */
-};
-
 static size_t count(const struct hnn_table *table, enum hnn_role role)
 {
     size_t n = 0;
@@ -38,15 +30,15 @@ static size_t count(const struct hnn_table *table, enum hnn_role role)
 }
 
 /* Element i+shift of a column for every sample i. */
-static void gather(const struct part *part, const double *column, size_t shift, double *to)
+static void gather(const struct hnn_part *part, const double *column, size_t shift, double *to)
 {
     for (size_t i = 0; i < part->table->rows; i++)
         if (part->table->role[i] == part->role)
             *to++ = column[i + shift];
 }
 
-static void gather_slopes(const struct part *part, enum hnn_differences kind, const double *column,
-                          double *to)
+static void gather_slopes(const struct hnn_part *part, enum hnn_differences kind,
+                          const double *column, double *to)
 {
     const double *t = hnn_table_column(part->table, part->table->plan.time);
     for (size_t i = 0; i < part->table->rows; i++)
@@ -54,7 +46,8 @@ static void gather_slopes(const struct part *part, enum hnn_differences kind, co
             *to++ = (kind == HNN_CENTRAL ? central : forward)(column, t, i);
 }
 
-static void gather_target(const struct hnn_dataset_settings *s, const struct part *part, size_t c)
+static void gather_target(const struct hnn_dataset_settings *s, const struct hnn_part *part,
+                          size_t c)
 {
     const struct hnn_plan *plan = &part->table->plan;
     double *target = part->target + c * part->n;
@@ -75,7 +68,7 @@ static size_t steps_of(const struct hnn_dataset_settings *s, const struct hnn_ta
     return s->rollout ? s->rollout : !table->plan.rate && s->differences != HNN_CENTRAL;
 }
 
-static void gather_steps(const struct hnn_dataset_settings *s, const struct part *part)
+static void gather_steps(const struct hnn_dataset_settings *s, const struct hnn_part *part)
 {
     const struct hnn_table *table = part->table;
     size_t column = table->plan.time;
@@ -88,8 +81,8 @@ static void gather_steps(const struct hnn_dataset_settings *s, const struct part
 }
 
 /* Component c of one table's parts; states that rates do not come from are given back first. */
-static void gather_component(const struct hnn_dataset_settings *s, struct part *part, size_t parts,
-                             size_t c)
+static void gather_component(const struct hnn_dataset_settings *s, struct hnn_part *part,
+                             size_t parts, size_t c)
 {
     struct hnn_table *table = part->table;
     const struct hnn_plan *plan = &table->plan;
@@ -102,17 +95,23 @@ static void gather_component(const struct hnn_dataset_settings *s, struct part *
     hnn_table_release(table, plan->rate ? plan->rate[c] : plan->state[c]);
 }
 
-static struct hnn_samples samples_of(const struct part *part)
+static struct hnn_samples samples_of(const struct hnn_part *part)
 {
-    return (struct hnn_samples){
-        .n = part->n, .x = part->x, .target = part->target, .steps = part->steps};
+    const bool shared = part->table->shared;
+    return (struct hnn_samples){.n = part->n,
+                                .x = part->x,
+                                .target = part->target,
+                                .steps = part->steps,
+                                .begin = shared ? part->begin : 0,
+                                .end = shared ? part->end : 0};
 }
 
 /* Slices one allocation: x and target of the training, then of the test. */
-static enum ad_status allocate(struct hnn_dataset *dataset, struct part part[2], size_t rollout,
+static enum ad_status allocate(struct hnn_dataset *dataset, struct hnn_part part[2], size_t rollout,
                                size_t steps, struct ad_error *error)
 {
-    size_t components = 2 * dataset->dof, rows = part[0].n + part[1].n;
+    size_t held[2] = {part[0].end - part[0].begin, part[1].end - part[1].begin};
+    size_t components = 2 * dataset->dof, rows = held[0] + held[1];
     size_t numbers = rollout < SIZE_MAX / (components + 1) - 2
                          ? components * (1 + (rollout ? rollout : 1)) + steps
                          : SIZE_MAX;
@@ -123,9 +122,9 @@ static enum ad_status allocate(struct hnn_dataset *dataset, struct part part[2],
     double *at = dataset->values;
     for (size_t k = 0; k < 2; k++) {
         part[k].x = at;
-        part[k].target = at + components * part[k].n;
-        at += numbers * part[k].n;
-        part[k].steps = steps ? at - steps * part[k].n : NULL;
+        part[k].target = at + components * held[k];
+        at += numbers * held[k];
+        part[k].steps = steps ? at - steps * held[k] : NULL;
     }
     dataset->train = samples_of(&part[0]);
     dataset->test = samples_of(&part[1]);
@@ -133,7 +132,7 @@ static enum ad_status allocate(struct hnn_dataset *dataset, struct part part[2],
 }
 
 /* Huge states and tiny steps of time overflow. */
-static enum ad_status check_slopes(const struct part *part, struct ad_error *error)
+static enum ad_status check_slopes(const struct hnn_part *part, struct ad_error *error)
 {
     size_t n = part->table->plan.components * part->n;
     for (size_t i = 0; i < n; i++)
@@ -149,18 +148,24 @@ enum ad_status hnn_samples_make(const struct hnn_dataset_settings *s, struct hnn
                                 struct hnn_table *test, struct hnn_dataset *dataset,
                                 struct ad_error *error)
 {
-    struct part part[2] = {{.table = table, .role = HNN_TRAIN}, {.table = test, .role = HNN_TEST}};
-    for (size_t k = 0; k < 2; k++)
-        part[k].n = count(part[k].table, part[k].role);
+    struct hnn_part part[2] = {{.table = table, .role = HNN_TRAIN},
+                               {.table = test, .role = HNN_TEST}};
+    for (size_t k = 0; k < 2; k++) {
+        part[k].n = part[k].end = count(part[k].table, part[k].role);
+        if (part[k].table->shared)
+            hnn_samples_share(s->ranks, part[k].n, &part[k].begin, &part[k].end);
+    }
     if (part[0].n == 0 || (part[1].n == 0 && (test != table || s->test_fraction > 0)))
         return ad_fail(error, AD_E_INPUT, "%s: no sample is left %s: expected longer trajectories",
                        table->file, part[0].n ? "for the test" : "to train on");
     if (allocate(dataset, part, s->rollout, steps_of(s, table), error) != AD_OK)
         return error->status;
-    for (size_t c = 0; c < 2 * dataset->dof; c++) {
-        gather_component(s, part, test == table ? 2 : 1, c);
-        if (test != table)
-            gather_component(s, part + 1, 1, c);
+    for (size_t k = 0; k < (test == table ? 1 : 2); k++) {
+        size_t parts = test == table ? 2 : 1;
+        if (part[k].table->shared)
+            hnn_share_read(s, &part[k], parts, error);
+        for (size_t c = 0; c < 2 * dataset->dof && !part[k].table->shared; c++)
+            gather_component(s, &part[k], parts, c);
     }
     for (size_t k = 0; k < 2; k++)
         gather_steps(s, &part[k]);

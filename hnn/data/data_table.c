@@ -195,9 +195,9 @@ static enum ad_status prepare(const struct hnn_dataset_settings *settings, struc
     return AD_OK;
 }
 
-enum ad_status hnn_table_read(const struct hnn_dataset_settings *settings, const char *file,
-                              const struct hnn_columns *columns, struct hnn_table *table,
-                              struct ad_error *error)
+static enum ad_status read_table(const struct hnn_dataset_settings *settings, const char *file,
+                                 const struct hnn_columns *columns, struct hnn_table *table,
+                                 struct ad_error *error)
 {
     struct hnn_source *source;
     *table = (struct hnn_table){.file = file ? file : "columns in memory"};
@@ -207,8 +207,11 @@ enum ad_status hnn_table_read(const struct hnn_dataset_settings *settings, const
     source->skip_missing = settings->skip_missing;
     table->units_line = source->units_line;
     if (hnn_plan_make(settings, source, &table->plan, error) == AD_OK &&
-        prepare(settings, table, source, error) == AD_OK &&
-        read_rows(table, source, error) == AD_OK && table->plan.trial != HNN_NO_COLUMN)
+        prepare(settings, table, source, error) == AD_OK) {
+        table->shared = hnn_share_possible(settings, table, file);
+        (table->shared ? hnn_share_count : read_rows)(table, source, error);
+    }
+    if (error->status == AD_OK && table->plan.trial != HNN_NO_COLUMN)
         look_at_trials(table, error);
     if (error->status == AD_OK && table->plan.time != HNN_NO_COLUMN)
         look_at_steps(table, error);
@@ -216,6 +219,14 @@ enum ad_status hnn_table_read(const struct hnn_dataset_settings *settings, const
     if (error->status == AD_OK && !(table->role = calloc(table->rows + 1, 1)))
         return no_memory(table, error);
     return error->status;
+}
+
+enum ad_status hnn_table_read(const struct hnn_dataset_settings *settings, const char *file,
+                              const struct hnn_columns *columns, struct hnn_table *table,
+                              struct ad_error *error)
+{
+    read_table(settings, file, columns, table, error);
+    return hnn_share_agree(settings, table, error);
 }
 
 void hnn_table_release(struct hnn_table *table, size_t column)

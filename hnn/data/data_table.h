@@ -61,13 +61,16 @@ struct hnn_table {
     const char *file;
     char *state_names, *coordinates, *momenta, *rate_names;
     size_t rows, capacity, trials, missing; /* missing: rows left out */
-    bool by_time;        /* time that goes back begins a trajectory, there is no column for it */
-    double step;         /* median of the steps of time within trajectories; 0: no time */
-    double longest;      /* step that rates and rollouts still cross */
-    size_t units_line;   /* of the file, left out; 0: none */
-    double **column;     /* [plan.n], each [rows]; NULL once it is used up */
-    size_t *uses;        /* [plan.n] of a column that are still to come */
-    unsigned char *role; /* [rows], enum hnn_role */
+    bool by_time;         /* time that goes back begins a trajectory, there is no column for it */
+    double step;          /* median of the steps of time within trajectories; 0: no time */
+    double longest;       /* step that rates and rollouts still cross */
+    size_t units_line;    /* of the file, left out; 0: none */
+    double **column;      /* [plan.n], each [rows]; NULL once it is used up */
+    size_t *uses;         /* [plan.n] of a column that are still to come */
+    unsigned char *role;  /* [rows], enum hnn_role */
+    bool shared;          /* columns are room for PHYS_CSV_ROWS rows, of which hnn_share_read makes
+                             samples */
+    uint64_t begins_with; /* hash of the first of them */
 };
 /* Reads all rows of a file, or of columns if it is NULL; their roles are HNN_UNUSED. Ends with
    hnn_table_free, whatever it returned. */
@@ -96,10 +99,33 @@ enum ad_status hnn_roles_split(const struct hnn_dataset_settings *settings, stru
 
 /* ---- samples (data_samples.c) ---- */
 
+/* One part of a data set while it is filled: n samples, of which begin to end - 1 are held. */
+struct hnn_part {
+    struct hnn_table *table;
+    enum hnn_role role;
+    size_t n, begin, end;
+    double *x, *target, *steps; /* steps: of rollouts, or forward differences */
+};
+
 /* Training samples from HNN_TRAIN rows of `table`, test samples from HNN_TEST rows of `test`, which
    may be the same table; their columns are used up. dataset->dof is set. */
 enum ad_status hnn_samples_make(const struct hnn_dataset_settings *settings,
                                 struct hnn_table *table, struct hnn_table *test,
                                 struct hnn_dataset *dataset, struct ad_error *error);
+
+/* ---- shares of ranks (data_share.c) ---- */
+
+/* Whether ranks can each read a share: rows are samples by themselves, in a file. */
+bool hnn_share_possible(const struct hnn_dataset_settings *settings, const struct hnn_table *table,
+                        const char *file);
+/* Counts the rows of a file. */
+enum ad_status hnn_share_count(struct hnn_table *table, struct hnn_source *source,
+                               struct ad_error *error);
+/* All ranks have read a table; AD_E_INPUT: another one. */
+enum ad_status hnn_share_agree(const struct hnn_dataset_settings *settings,
+                               const struct hnn_table *table, struct ad_error *error);
+/* Fills parts of one table from its file. */
+enum ad_status hnn_share_read(const struct hnn_dataset_settings *settings,
+                              const struct hnn_part *part, size_t parts, struct ad_error *error);
 
 #endif

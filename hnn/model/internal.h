@@ -114,6 +114,7 @@ void hnn_from_double(enum ad_type type, size_t n, const double *from, void *to);
 
 /* What hnn_model_see does, in two parts: from all states x [2n x n], and from H at some of them, of
    any type, with the present parameters (range.c). */
+enum { HNN_RANGE_ENERGIES = 4096 }; /* most states at which H is evaluated */
 enum ad_status hnn_range_states(hnn_model *model, size_t n, const double *x,
                                 struct ad_error *error);
 enum ad_status hnn_range_energy(hnn_model *model, size_t n, const double *x,

@@ -4,8 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { ENERGIES = 4096 }; /* most states at which H is evaluated */
-
 static void widen(const double *values, size_t n, double *low, double *high)
 {
     *low = *high = values[0];
@@ -29,7 +27,8 @@ enum ad_status hnn_range_states(hnn_model *model, size_t n, const double *x, str
 
 enum ad_status hnn_range_energy(hnn_model *model, size_t n, const double *x, struct ad_error *error)
 {
-    size_t states = hnn_states(model), few = n < ENERGIES ? n : ENERGIES, stride = n / few;
+    size_t states = hnn_states(model), few = n < HNN_RANGE_ENERGIES ? n : HNN_RANGE_ENERGIES,
+           stride = n / few;
     double *some = malloc((states + 1) * few * sizeof *some), *low = model->range + states;
     if (!some)
         return ad_fail(error, AD_E_MEMORY, "out of memory");

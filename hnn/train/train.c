@@ -16,16 +16,50 @@
 
 /* ---- making ---- */
 
+/* The model has seen the states of the training, all ranks' together. */
+static enum ad_status see_states(hnn_trainer *t, struct ad_error *error)
+{
+    const struct hnn_data *d = &t->train;
+    size_t states = hnn_states(t->model);
+    if (hnn_range_states(t->model, d->held, d->samples.x, error) != AD_OK || !d->samples.end)
+        return error->status;
+    double *low = t->model->range, *high = low + states + 1;
+    for (size_t k = 0; k < states; k++) {
+        double ends[2] = {low[k], -high[k]};
+        ad_ranks_least(d->ranks, 2, ends, error);
+        low[k] = ends[0];
+        high[k] = -ends[1];
+    }
+    return error->status;
+}
+
+/* ... and their energies, of some of them. */
+static enum ad_status see_energies(hnn_trainer *t, struct ad_error *error)
+{
+    struct hnn_data *d = &t->train;
+    if (!d->samples.end)
+        return hnn_range_energy(t->model, d->n, d->samples.x, error);
+    size_t few = d->n < HNN_RANGE_ENERGIES ? d->n : HNN_RANGE_ENERGIES;
+    uint32_t *picked = malloc(few * sizeof *picked);
+    if (!picked)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; picked && k < few; k++)
+        picked[k] = (uint32_t)(k * (d->n / few));
+    if (ad_ranks_agree(d->ranks, error) == AD_OK && hnn_data_take(d, few, picked, error) == AD_OK)
+        hnn_range_energy(t->model, few, d->taken, error);
+    free(picked);
+    return error->status;
+}
+
 static enum ad_status prepare_data(hnn_trainer *t, const struct hnn_samples *train,
                                    const struct hnn_samples *test, struct ad_error *error)
 {
     enum ad_type type = t->model->settings.precision;
     size_t x_rows = hnn_x_rows(t->learner, &t->settings),
            rows = hnn_target_rows(t->learner, &t->settings);
-    hnn_data_new(&t->train, type, &t->settings, train, &t->lit, x_rows, rows);
-    hnn_data_new(&t->test, type, &t->settings, test, &t->lit, x_rows, rows);
-    if (!t->model->settings.pixels &&
-        hnn_range_states(t->model, train->n, train->x, error) != AD_OK)
+    if (hnn_data_new(&t->train, type, &t->settings, train, &t->lit, x_rows, rows, error) != AD_OK ||
+        hnn_data_new(&t->test, type, &t->settings, test, &t->lit, x_rows, rows, error) != AD_OK ||
+        (!t->model->settings.pixels && see_states(t, error) != AD_OK))
         return error->status;
     if (t->settings.batch)
         hnn_data_shuffle(&t->train, t->settings.seed, error);
@@ -182,7 +216,7 @@ enum ad_status hnn_trainer_deliver(hnn_trainer *t, struct ad_error *error)
     t->version = t->model->version;
     if (t->model->settings.pixels)
         return hnn_range_latents(t, error);
-    return hnn_range_energy(t->model, t->train.n, t->train.samples.x, error);
+    return see_energies(t, error);
 }
 
 /* ---- running ---- */
@@ -263,6 +297,9 @@ static enum ad_status take_step(hnn_trainer *t, struct ad_error *error)
         take_parameters(t);
     if (s->batch)
         hnn_data_draw(&t->train, s->batch, p->drawn);
+    if (s->batch && t->train.samples.end &&
+        hnn_data_take(&t->train, s->batch, p->drawn, error) != AD_OK)
+        return error->status;
     t->delivered = false;
     t->stalled = !s->optimiser->step(t->method, p, rate, &loss);
     t->step++;

@@ -19,9 +19,12 @@ struct hnn_lit {
    of frames are rows. */
 struct hnn_data {
     enum ad_type type;
-    size_t n, x_rows, target_rows, rollout;
-    double dt; /* of rollouts without steps of their own */
+    size_t n, held, x_rows, target_rows, rollout; /* held: of n, by this rank */
+    double dt;                                    /* of rollouts without steps of their own */
     struct hnn_samples samples;
+    struct ad_ranks *ranks; /* that hold them all together */
+    double *taken;          /* [x_rows + target_rows][n_taken] by hnn_data_take: the batch */
+    size_t n_taken;
     const struct hnn_lit *lit; /* of frames */
     uint64_t hash;             /* of all of it */
     uint32_t *order;           /* [n], the present permutation; NULL: batches are not drawn */
@@ -29,9 +32,10 @@ struct hnn_data {
     struct phys_random random, epoch; /* now, and before the present permutation was drawn */
 };
 /* Of rollouts, training->rollout, the last rows of the target are the lengths of their steps. */
-void hnn_data_new(struct hnn_data *data, enum ad_type type, const struct hnn_training *training,
-                  const struct hnn_samples *samples, const struct hnn_lit *lit, size_t x_rows,
-                  size_t target_rows);
+enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
+                            const struct hnn_training *training, const struct hnn_samples *samples,
+                            const struct hnn_lit *lit, size_t x_rows, size_t target_rows,
+                            struct ad_error *error);
 void hnn_data_free(struct hnn_data *data);
 /* Draws batches from now on, by permutations from `seed`. */
 enum ad_status hnn_data_shuffle(struct hnn_data *data, uint64_t seed, struct ad_error *error);
@@ -40,6 +44,10 @@ void hnn_data_return(struct hnn_data *data, const struct phys_random *epoch, siz
 /* The next `count` samples of the order; permutations follow each other, so that every sample is
    taken equally often. */
 void hnn_data_draw(struct hnn_data *data, size_t count, uint32_t *drawn);
+/* Of samples of which ranks hold parts: picked[n] from all of them to data->taken, for
+   hnn_data_copy. */
+enum ad_status hnn_data_take(struct hnn_data *data, size_t n, const uint32_t *picked,
+                             struct ad_error *error);
 /* Copies samples picked[first] ..., or, where that is NULL, first ..., beyond the last one that
    again, to x [x_rows x cols] and target [target_rows x cols]; frames: [cols x x_rows] ... */
 void hnn_data_copy(const struct hnn_data *data, const uint32_t *picked, size_t first, size_t count,

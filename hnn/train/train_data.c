@@ -1,20 +1,42 @@
 /* Samples for training, and seeded permutations of them. */
 #include "train.h"
+#include "autodiff/free.h"
 #include "autodiff/hash.h"
+#include "hnn/data/data.h"
 
 #include <stdlib.h>
 
-/* A hash that identifies these samples. */
-static uint64_t hash_of(const struct hnn_data *data)
+enum { PARTS = 4 }; /* of a hash: 16 bits each, so that sums of 2^32 are exact */
+
+/* A hash of each sample, added up: that of all, whoever holds them. */
+static void add_hash(void *context, size_t k, double *sum)
+{
+    const struct hnn_data *data = context;
+    const struct hnn_samples *s = &data->samples;
+    size_t states = data->target_rows - data->rollout, at = s->begin + k, n = data->held;
+    uint64_t hash = ad_hash(AD_HASH_BEGIN, &at, sizeof at);
+    for (size_t r = 0; r < data->x_rows; r++)
+        hash = ad_hash(hash, s->x + r * n + k, sizeof *s->x);
+    for (size_t r = 0; r < states; r++)
+        hash = ad_hash(hash, s->target + r * n + k, sizeof *s->target);
+    for (size_t r = 0; r < data->rollout && s->steps; r++)
+        hash = ad_hash(hash, s->steps + r * n + k, sizeof *s->steps);
+    for (size_t i = 0; i < PARTS; i++)
+        sum[i] += (double)(hash >> 16 * i & 0xffff);
+}
+
+static enum ad_status hash_states(struct hnn_data *data, struct ad_error *error)
+{
+    double sum[PARTS];
+    if (hnn_samples_sum(data->ranks, &data->samples, PARTS, add_hash, data, sum, error) == AD_OK)
+        data->hash = ad_hash(ad_hash(AD_HASH_BEGIN, sum, sizeof sum), &data->dt, sizeof data->dt);
+    return error->status;
+}
+
+static uint64_t hash_of_frames(const struct hnn_data *data)
 {
     const struct hnn_samples *s = &data->samples;
-    size_t states = data->target_rows - data->rollout, low = SIZE_MAX, high = 0;
-    if (!s->frames) {
-        uint64_t hash = ad_hash(AD_HASH_BEGIN, s->x, data->x_rows * s->n * sizeof *s->x);
-        hash = ad_hash(hash, s->target, states * s->n * sizeof *s->target);
-        return s->steps ? ad_hash(hash, s->steps, data->rollout * s->n * sizeof *s->steps)
-                        : ad_hash(hash, &data->dt, sizeof data->dt);
-    }
+    size_t low = SIZE_MAX, high = 0;
     for (size_t k = 0; k < s->n; k++) {
         low = s->first[k] < low ? s->first[k] : low;
         high = s->first[k] > high ? s->first[k] : high;
@@ -24,24 +46,30 @@ static uint64_t hash_of(const struct hnn_data *data)
                    ((high - low) * s->frame + data->target_rows) * sizeof *s->frames);
 }
 
-void hnn_data_new(struct hnn_data *data, enum ad_type type, const struct hnn_training *training,
-                  const struct hnn_samples *samples, const struct hnn_lit *lit, size_t x_rows,
-                  size_t target_rows)
+enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
+                            const struct hnn_training *training, const struct hnn_samples *samples,
+                            const struct hnn_lit *lit, size_t x_rows, size_t target_rows,
+                            struct ad_error *error)
 {
     *data = (struct hnn_data){.type = type,
                               .n = samples->n,
+                              .held = hnn_samples_held(samples),
                               .x_rows = x_rows,
                               .target_rows = target_rows,
                               .rollout = training->rollout,
-                              .dt = training->dt,
+                              .dt = samples->steps ? 0 : training->dt,
                               .samples = *samples,
+                              .ranks = training->ranks,
                               .lit = lit};
-    data->hash = data->n ? hash_of(data) : 0;
+    if (data->n && !samples->frames)
+        return hash_states(data, error);
+    data->hash = data->n ? hash_of_frames(data) : 0;
+    return AD_OK;
 }
 
 void hnn_data_free(struct hnn_data *data)
 {
-    free(data->order);
+    AD_FREE(data->order, data->taken);
     *data = (struct hnn_data){0};
 }
 
@@ -97,12 +125,56 @@ static void put(enum ad_type type, double value, void *to, size_t at)
         ((double *)to)[at] = value;
 }
 
+/* ---- samples of other ranks ---- */
+
+struct taking {
+    const struct hnn_data *data;
+    const uint32_t *picked;
+    size_t n;
+};
+
+/* Those that are in the even part of rank `rank`, this one; 0 for the others. */
+static enum ad_status put_own(void *context, size_t rank, double *values, struct ad_error *error)
+{
+    const struct taking *t = context;
+    const struct hnn_data *d = t->data;
+    size_t first = ad_ranks_first(d->ranks, d->n, rank);
+    size_t end = ad_ranks_first(d->ranks, d->n, rank + 1);
+    for (size_t r = 0; r < d->x_rows + d->target_rows; r++) {
+        const double *row = r < d->x_rows ? d->samples.x + r * d->held
+                                          : d->samples.target + (r - d->x_rows) * d->held;
+        for (size_t i = 0; i < t->n; i++) {
+            size_t k = t->picked[i];
+            values[r * t->n + i] = k >= first && k < end ? row[k - d->samples.begin] : 0;
+        }
+    }
+    return error->status;
+}
+
+enum ad_status hnn_data_take(struct hnn_data *data, size_t n, const uint32_t *picked,
+                             struct ad_error *error)
+{
+    struct taking t = {data, picked, n};
+    size_t numbers = (data->x_rows + data->target_rows) * n;
+    double *taken = realloc(data->taken, numbers * sizeof *taken);
+    if (taken)
+        data->taken = taken;
+    else
+        ad_fail(error, AD_E_MEMORY, "out of memory for a batch of %zu samples", n);
+    data->n_taken = n;
+    return ad_ranks_agree(data->ranks, error) == AD_OK
+               ? ad_ranks_sum(data->ranks, data->ranks->count, numbers, put_own, &t, taken, error)
+               : error->status;
+}
+
+/* ---- copies to a program ---- */
+
 /* Rows of column k of from [rows x n] to column `col` of to [... x cols]. */
-static void copy_column(const struct hnn_data *data, size_t rows, const double *from, size_t k,
-                        void *to, size_t cols, size_t col)
+static void copy_column(const struct hnn_data *data, size_t rows, const double *from, size_t n,
+                        size_t k, void *to, size_t cols, size_t col)
 {
     for (size_t r = 0; r < rows; r++)
-        put(data->type, from[r * data->n + k], to, r * cols + col);
+        put(data->type, from[r * n + k], to, r * cols + col);
 }
 
 /* A window of frames, or their lit pixels alone, to row `row`. */
@@ -131,8 +203,15 @@ void hnn_data_copy(const struct hnn_data *data, const uint32_t *picked, size_t f
             copy_window(data, data->target_rows, window, NULL, target, col);
             continue;
         }
-        copy_column(data, data->x_rows, s->x, k, x, cols, col);
-        copy_column(data, states, s->target, k, target, cols, col);
+        if (picked && data->taken) {
+            size_t n = data->n_taken;
+            copy_column(data, data->x_rows, data->taken, n, first + col, x, cols, col);
+            copy_column(data, states, data->taken + data->x_rows * n, n, first + col, target, cols,
+                        col);
+            continue;
+        }
+        copy_column(data, data->x_rows, s->x, data->held, k - s->begin, x, cols, col);
+        copy_column(data, states, s->target, data->held, k - s->begin, target, cols, col);
         for (size_t r = 0; r < data->rollout; r++)
             put(data->type, s->steps ? s->steps[r * data->n + k] : data->dt, target,
                 (states + r) * cols + col);

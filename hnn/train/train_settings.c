@@ -29,6 +29,26 @@ static bool steps_are_positive(const struct hnn_training *s, const struct hnn_sa
     return true;
 }
 
+/* Samples of which this rank holds a part. */
+static enum ad_status check_share(const hnn_model *model, const struct hnn_training *s,
+                                  const struct hnn_samples *samples, struct ad_error *error)
+{
+    size_t begin, end;
+    if (!samples->end)
+        return AD_OK;
+    hnn_samples_share(s->ranks, samples->n, &begin, &end);
+    if (model->settings.kind == HNN_LAGRANGIAN || s->rollout || s->loss || samples->frames)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "Lagrangian models, rollouts, losses of one's own and frames: expected all "
+                       "samples on every rank, got %zu to %zu",
+                       samples->begin, samples->end);
+    if (samples->begin > begin || samples->end < end || samples->end > samples->n)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "samples of this rank: expected %zu to %zu of %zu, got %zu to %zu", begin,
+                       end, samples->n, samples->begin, samples->end);
+    return AD_OK;
+}
+
 enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_training *s,
                                   const struct hnn_samples *train, const struct hnn_samples *test,
                                   struct ad_error *error)
@@ -58,6 +78,8 @@ enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_train
         return ad_fail(error, AD_E_ARGUMENT,
                        "frames of %zu pixels to train on, and of %zu for the test", train->frame,
                        test->frame);
+    if (check_share(model, s, train, error) != AD_OK || check_share(model, s, test, error) != AD_OK)
+        return error->status;
     if (s->steps == 0)
         return ad_fail(error, AD_E_ARGUMENT, "steps: expected at least 1, such as 2000, got 0");
     if (s->rollout > HNN_ROLLOUT_MOST)

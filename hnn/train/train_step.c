@@ -77,7 +77,7 @@ enum ad_status hnn_problem_new(struct hnn_problem *p, const hnn_model *model,
     if (hnn_tape_status(p->tape, error) != AD_OK)
         return error->status;
     ad_set_threads(p->program, training->threads ? training->threads : 1);
-    if (!p->drawn)
+    if (!p->drawn && p->blocks == 1)
         copy_block(p, 0);
     return AD_OK;
 }
@@ -159,7 +159,7 @@ double hnn_problem_evaluate(const struct hnn_problem *p)
 
 double hnn_problem_products(const struct hnn_problem *p)
 {
-    if (p->drawn)
+    if (p->drawn || p->blocks > 1)
         copy_block(p, 0);
     return ad_run_timed(p->program);
 }

@@ -39,7 +39,7 @@ static void test_batches(void **state)
     struct hnn_data data;
     struct ad_error error = {0};
     hnn_data_new(&data, AD_F64, &(struct hnn_training){.size = sizeof(struct hnn_training)},
-                 &(struct hnn_samples){.n = N, .x = x, .target = target}, NULL, 1, 1);
+                 &(struct hnn_samples){.n = N, .x = x, .target = target}, NULL, 1, 1, &error);
     assert_int_equal(hnn_data_shuffle(&data, 3, &error), AD_OK);
     for (int k = 0; k < N; k++) {
         hnn_data_draw(&data, BATCH, picked);
@@ -88,7 +88,7 @@ static void check_blocks(enum ad_type type, size_t samples, double tolerance)
         struct hnn_data data;
         training.threads = threads;
         training.batch = 0;
-        hnn_data_new(&data, type, &training, &train, NULL, 2, 2);
+        hnn_data_new(&data, type, &training, &train, NULL, 2, 2, &error);
         assert_int_equal(hnn_problem_new(&problem, model, &training, &data, &failed, &error),
                          AD_OK);
         memcpy(hnn_problem_point(&problem), hnn_model_parameters(model), bytes);

@@ -1,0 +1,171 @@
+/* Ranks that each read their share of a file: they hold no more, hold what one process reads there,
+   and training on it ends in the same file, to the last bit. */
+#include "small.h"
+#include "hnn/data/data.h"
+#include "physics/io/csv.h"
+#include "physics/io/hdf5_file.h"
+#include "tests/close.h"
+#include "tests/files.h"
+#include "tests/mentions.h"
+#include "tests/ranks.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROWS = 60000, COLUMNS = 4, MARGIN = 8192, MOST = 4 };
+
+struct job {
+    const char *name;
+    const char *file[MOST]; /* of each rank */
+    struct hnn_dataset_settings data;
+    size_t batch;
+    struct path out;
+    struct hnn_dataset read[MOST];
+    struct ad_error error[MOST];
+};
+
+static void work(void *context, struct ad_ranks *ranks)
+{
+    struct job *j = context;
+    size_t rank = ranks ? ranks->rank : 0;
+    struct ad_error *error = &j->error[rank];
+    struct hnn_dataset *data = &j->read[rank];
+    struct hnn_dataset_settings settings = j->data;
+    struct hnn_settings net = small_settings(&small_kinds[1], 1, 3);
+    struct hnn_training training = hnn_training_defaults();
+    hnn_model *model = NULL;
+    hnn_trainer *trainer = NULL;
+    settings.ranks = training.ranks = ranks;
+    settings.file = j->file[rank];
+    training.steps = 4;
+    training.every = 2;
+    training.batch = j->batch;
+    if (hnn_dataset_read(&settings, data, error) == AD_OK &&
+        hnn_model_new(&net, &model, error) == AD_OK &&
+        hnn_dataset_normalise(data, model, error) == AD_OK &&
+        hnn_trainer_new(model, &training, &data->train, &data->test, &trainer, error) == AD_OK &&
+        hnn_trainer_run(trainer, NULL, error) == AD_OK)
+        hnn_trainer_save(trainer, j->out.text, "x", error);
+    hnn_trainer_free(trainer);
+    hnn_model_free(model);
+}
+
+static void run(struct job *job, size_t count)
+{
+    if (count)
+        with_ranks(count, work, job);
+    else
+        work(job, NULL);
+    for (size_t k = 0; k < count + !count; k++)
+        if (job->error[k].status != AD_OK)
+            fail_msg("%s, rank %zu of %zu: %s", job->name, k, count, job->error[k].message);
+}
+
+/* A part holds its share of the whole. */
+static void check_held(const struct hnn_samples *part, const struct hnn_samples *whole,
+                       size_t count)
+{
+    size_t held = hnn_samples_held(part);
+    assert_int_equal(part->n, whole->n);
+    assert_in_range(held, whole->n / count, whole->n / count + 2 * MARGIN + 1);
+    for (size_t r = 0; r < 2; r++) {
+        const size_t bytes = held * sizeof(double), from = r * whole->n + part->begin;
+        assert_memory_equal(part->x + r * held, whole->x + from, bytes);
+        assert_memory_equal(part->target + r * held, whole->target + from, bytes);
+    }
+}
+
+static void check(struct job *job)
+{
+    size_t whole_bytes, bytes;
+    job->out = files_temporary("model.h5");
+    run(job, 0);
+    char *whole = files_read(job->out.text, &whole_bytes);
+    struct hnn_dataset one = job->read[0];
+    for (size_t count = 1; count <= MOST; count++) {
+        run(job, count);
+        char *parts = files_read(job->out.text, &bytes);
+        assert_int_equal(bytes, whole_bytes);
+        assert_memory_equal(parts, whole, bytes);
+        free(parts);
+        for (size_t k = 0; k < count; k++) {
+            check_held(&job->read[k].train, &one.train, count);
+            check_held(&job->read[k].test, &one.test, count);
+            hnn_dataset_free(&job->read[k]);
+        }
+    }
+    free(whole);
+    hnn_dataset_free(&one);
+}
+
+/* The same numbers as CSV and, in one array, HDF5. */
+static void write_files(size_t bad, struct path *csv, struct path *hdf5)
+{
+    struct hnn_samples s = small_pendulum(7, ROWS, 0);
+    double *rows = malloc(ROWS * COLUMNS * sizeof *rows);
+    struct ad_error error = {0};
+    phys_hdf5 *file;
+    for (size_t k = 0; k < ROWS; k++)
+        for (size_t c = 0; c < COLUMNS; c++)
+            rows[k * COLUMNS + c] = (c < 2 ? s.x : s.target)[c % 2 * ROWS + k];
+    if (bad < ROWS)
+        rows[bad * COLUMNS] = (double)NAN;
+    if (csv)
+        phys_table_write(csv->text, "q,p,dqdt,dpdt", ROWS, COLUMNS, rows, &error);
+    assert_int_equal(phys_hdf5_create(hdf5->text, &file, &error), AD_OK);
+    phys_hdf5_write(file, "data", AD_F64, 2, (size_t[]){ROWS, COLUMNS}, rows);
+    assert_int_equal(phys_hdf5_commit(file, &error), AD_OK);
+    free(rows);
+    small_samples_free(&s);
+}
+
+static void test_shares(void **state)
+{
+    (void)state;
+    struct path csv = files_temporary("data.csv"), hdf5 = files_temporary("data.h5");
+    struct hnn_dataset_settings data = {
+        .size = sizeof data, .state = "1,2", .rate = "3,4", .test_fraction = 0.3};
+    write_files(ROWS, &csv, &hdf5);
+    for (int of = 0; of < 4; of++) {
+        struct job job = {
+            .name = of % 2 ? "HDF5" : "CSV", .data = data, .batch = of < 2 ? 0 : 5003};
+        job.data.split = of % 2 ? HNN_SPLIT_RANDOM : HNN_SPLIT_TAIL;
+        for (size_t k = 0; k < MOST; k++)
+            job.file[k] = of % 2 ? hdf5.text : csv.text;
+        check(&job);
+    }
+}
+
+/* A number that is none, in rows that the last rank alone reads; and a rank that sees another file.
+ */
+static void test_damaged(void **state)
+{
+    (void)state;
+    struct path good = files_temporary("good.h5"), bad = files_temporary("bad.h5"),
+                other = files_temporary("other.h5");
+    write_files(ROWS, NULL, &good);
+    write_files(ROWS - 10, NULL, &bad);
+    write_files(17, NULL, &other);
+    const struct hnn_dataset_settings data = {.size = sizeof data, .state = "1,2", .rate = "3,4"};
+    struct job damaged = {
+        .name = "damaged", .data = data, .file = {bad.text, bad.text, bad.text, bad.text}};
+    struct job another = {.name = "another", .data = data, .file = {good.text, other.text}};
+    with_ranks(4, work, &damaged);
+    with_ranks(2, work, &another);
+    for (size_t k = 0; k < 4; k++) {
+        assert_int_equal(damaged.error[k].status, AD_E_INPUT);
+        assert_mentions(damaged.error[k].message, "rank 3 bad.h5 row 59991");
+        hnn_dataset_free(&damaged.read[k]);
+    }
+    for (size_t k = 0; k < 2; k++) {
+        assert_int_equal(another.error[k].status, AD_E_INPUT);
+        assert_mentions(another.error[k].message, "rank 1 other.h5");
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_shares),
+                                       cmocka_unit_test(test_damaged)};
+    return cmocka_run_group_tests(tests, files_setup, files_teardown);
+}
