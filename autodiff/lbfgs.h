@@ -26,6 +26,12 @@ void ad_lbfgs_free(ad_lbfgs *method); /* takes NULL */
 bool ad_lbfgs_step(ad_lbfgs *method, ad_objective *evaluate, void *context, double first, double *x,
                    double *g, double *value);
 
+/* Of vectors that processes share: the product of a and b [n] over all of them, the same number on
+   each. From then on all processes take steps together, and `first` bounds the norm of the first
+   step. The method is read during calls of ad_lbfgs_step. */
+typedef double ad_inner_product(void *context, const double *a, const double *b);
+void ad_lbfgs_share(ad_lbfgs *method, ad_inner_product *product, void *context);
+
 /* State for checkpoints: the number of pairs so far, and [size] numbers, owned by the method.
    Writing both back resumes bitwise. */
 uint64_t *ad_lbfgs_pairs(ad_lbfgs *method);

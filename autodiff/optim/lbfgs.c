@@ -14,6 +14,8 @@ struct ad_lbfgs {
     uint64_t pairs;                    /* taken so far */
     double *kept;                      /* s [MEMORY x n], y [MEMORY x n], rho [MEMORY] */
     double *direction, *from, *from_g; /* [n] each, behind what is kept */
+    ad_inner_product *product;         /* NULL: this process has all */
+    void *context;
 };
 
 static size_t kept_size(const ad_lbfgs *m) { return MEMORY * (2 * m->n + 1); }
@@ -48,10 +50,20 @@ void ad_lbfgs_free(ad_lbfgs *method)
     free(method);
 }
 
-static double dot(size_t n, const double *a, const double *b)
+void ad_lbfgs_share(ad_lbfgs *method, ad_inner_product *product, void *context)
+{
+    if (!method)
+        return;
+    method->product = product;
+    method->context = context;
+}
+
+static double dot(const ad_lbfgs *m, const double *a, const double *b)
 {
     double sum = 0;
-    for (size_t k = 0; k < n; k++)
+    if (m->product)
+        return m->product(m->context, a, b);
+    for (size_t k = 0; k < m->n; k++)
         sum += a[k] * b[k];
     return sum;
 }
@@ -65,18 +77,18 @@ static void find_direction(ad_lbfgs *m, const double *g)
     for (size_t k = 0; k < n; k++)
         d[k] = -g[k];
     for (uint64_t i = m->pairs; i-- > oldest;) {
-        double a = alpha[i % MEMORY] = *pair_rho(m, i) * dot(n, pair_s(m, i), d);
+        double a = alpha[i % MEMORY] = *pair_rho(m, i) * dot(m, pair_s(m, i), d);
         for (size_t k = 0; k < n; k++)
             d[k] -= a * pair_y(m, i)[k];
     }
     if (kept) {
         const double *y = pair_y(m, m->pairs - 1);
-        double scale = 1 / (*pair_rho(m, m->pairs - 1) * dot(n, y, y));
+        double scale = 1 / (*pair_rho(m, m->pairs - 1) * dot(m, y, y));
         for (size_t k = 0; k < n; k++)
             d[k] *= scale;
     }
     for (uint64_t i = oldest; i < m->pairs; i++) {
-        double b = alpha[i % MEMORY] - *pair_rho(m, i) * dot(n, pair_y(m, i), d);
+        double b = alpha[i % MEMORY] - *pair_rho(m, i) * dot(m, pair_y(m, i), d);
         for (size_t k = 0; k < n; k++)
             d[k] += b * pair_s(m, i)[k];
     }
@@ -86,7 +98,7 @@ static void find_direction(ad_lbfgs *m, const double *g)
 static bool search(ad_lbfgs *m, ad_objective *evaluate, void *context, double length, double *x,
                    double *g, double *value)
 {
-    const double from = *value, slope = dot(m->n, m->from_g, m->direction);
+    const double from = *value, slope = dot(m, m->from_g, m->direction);
     double low = 0, high = (double)INFINITY;
     if (!(slope < 0))
         return false;
@@ -94,7 +106,7 @@ static bool search(ad_lbfgs *m, ad_objective *evaluate, void *context, double le
         for (size_t k = 0; k < m->n; k++)
             x[k] = m->from[k] + length * m->direction[k];
         *value = evaluate(context, x, g);
-        double here = dot(m->n, g, m->direction);
+        double here = dot(m, g, m->direction);
         if (!(*value <= from + DECREASE * length * slope) || here > -CURVATURE * slope)
             high = length;
         else if (here < CURVATURE * slope)
@@ -113,7 +125,7 @@ static void remember(ad_lbfgs *m, const double *x, const double *g)
         s[k] = x[k] - m->from[k];
         y[k] = g[k] - m->from_g[k];
     }
-    double curvature = dot(m->n, s, y);
+    double curvature = dot(m, s, y);
     if (curvature > 0)
         *pair_rho(m, m->pairs++) = 1 / curvature;
 }
@@ -130,8 +142,10 @@ bool ad_lbfgs_step(ad_lbfgs *method, ad_objective *evaluate, void *context, doub
     memcpy(m->from, x, bytes);
     memcpy(m->from_g, g, bytes);
     find_direction(m, g);
-    for (size_t k = 0; k < m->n; k++)
+    for (size_t k = 0; k < m->n && !m->product; k++)
         largest = fmax(largest, fabs(m->direction[k]));
+    if (m->product && !m->pairs)
+        largest = sqrt(dot(m, m->direction, m->direction));
     if (search(m, evaluate, context, m->pairs ? 1 : first / largest, x, g, value)) {
         remember(m, x, g);
         return true;

@@ -52,10 +52,13 @@ enum ad_status phys_ranked_check(const struct phys_system *system,
                                  const struct phys_solver *solver, struct ad_error *error)
 {
     const char *name = solver->name;
-    bool newton = strcmp(name, "newton") == 0;
-    if (!newton && strcmp(name, "adam") != 0 && strcmp(name, "sgd") != 0)
-        return ad_fail(error, AD_E_ARGUMENT, "solver %s over ranks; expected newton, adam or sgd",
-                       name);
+    static const char *const solvers[] = {"newton", "lbfgs", "adam", "sgd"};
+    bool newton = strcmp(name, "newton") == 0, known = false;
+    for (size_t k = 0; k < sizeof solvers / sizeof *solvers; k++)
+        known |= strcmp(name, solvers[k]) == 0;
+    if (!known)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "solver %s over ranks; expected newton, lbfgs, adam or sgd", name);
     if (s->rule->repeat)
         return ad_fail(error, AD_E_ARGUMENT,
                        "rule %s over ranks; expected one that counts each slice once",
@@ -212,8 +215,9 @@ static enum ad_status exchange_ends(struct phys_ranked_path *p, struct ad_error 
     return error->status;
 }
 
-/* Squares of p->squared in a block, plain and times scale. */
-static enum ad_status square_block(void *context, size_t b, double *values, struct ad_error *error)
+/* Products of p->factor in a block, plain and times scale. */
+static enum ad_status multiply_block(void *context, size_t b, double *values,
+                                     struct ad_error *error)
 {
     struct phys_ranked_path *p = context;
     size_t from = phys_block_first(&p->blocks, b) - p->first;
@@ -222,18 +226,19 @@ static enum ad_status square_block(void *context, size_t b, double *values, stru
     for (size_t row = 0; row < p->rows; row++) {
         double sum = 0, scale = p->scale[row % p->system->dof];
         for (size_t i = row * p->columns + from; i < row * p->columns + to; i++)
-            sum += p->squared[i] * p->squared[i];
+            sum += p->factor[0][i] * p->factor[1][i];
         values[0] += sum;
         values[1] += scale * scale * sum;
     }
     return error->status;
 }
 
-enum ad_status phys_ranked_squares(struct phys_ranked_path *p, const double *x, double squares[2],
-                                   struct ad_error *error)
+enum ad_status phys_ranked_products(struct phys_ranked_path *p, const double *a, const double *b,
+                                    double sums[2], struct ad_error *error)
 {
-    p->squared = x;
-    return ad_ranks_sum(p->ranks, p->blocks.count, 2, square_block, p, squares, error);
+    p->factor[0] = a;
+    p->factor[1] = b;
+    return ad_ranks_sum(p->ranks, p->blocks.count, 2, multiply_block, p, sums, error);
 }
 
 enum ad_status phys_ranked_range(struct phys_ranked_path *p, double range[2],
@@ -254,7 +259,8 @@ enum ad_status phys_ranked_gradient(struct phys_ranked_path *p, struct phys_rank
     p->range[0] = (double)INFINITY;
     p->range[1] = -(double)INFINITY;
     if (ad_ranks_sum(p->ranks, blocks, 2, evaluate_block, p, of_L, error) != AD_OK ||
-        exchange_ends(p, error) != AD_OK || phys_ranked_squares(p, p->g, squares, error) != AD_OK)
+        exchange_ends(p, error) != AD_OK ||
+        phys_ranked_products(p, p->g, p->g, squares, error) != AD_OK)
         return error->status;
     *sums = (struct phys_ranked_sums){of_L[0], of_L[1], squares[0], squares[1]};
     return AD_OK;

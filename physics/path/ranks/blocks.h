@@ -25,7 +25,7 @@ struct phys_ranked_path {
     struct phys_hessian hessian; /* of one block: phys_ranked_load */
     double *block;               /* [rows x length + 1]: its part of the path */
     const double *path;          /* share under evaluation */
-    const double *squared;       /* of which squares are summed */
+    const double *factor[2];     /* of products that are summed */
     double *g;                   /* [rows x columns]: gradient of the action there, 0 where held */
     double *scale;               /* [dof]: 1 / sqrt of the stiffness at the start */
     double *ends;                /* [3][dof] room */
@@ -56,9 +56,10 @@ struct phys_ranked_sums {
 /* Evaluates p->path: p->g and the sums. */
 enum ad_status phys_ranked_gradient(struct phys_ranked_path *p, struct phys_ranked_sums *sums,
                                     struct ad_error *error);
-/* Sums of squares over a whole path of shares x, plain and times scale, the last slice left out. */
-enum ad_status phys_ranked_squares(struct phys_ranked_path *p, const double *x, double squares[2],
-                                   struct ad_error *error);
+/* Sums of products over a whole path of shares a and b, plain and times scale of both, the last
+   slice left out. */
+enum ad_status phys_ranked_products(struct phys_ranked_path *p, const double *a, const double *b,
+                                    double sums[2], struct ad_error *error);
 /* The least of all ranks' range[0] and the largest range[1], on every rank. */
 enum ad_status phys_ranked_range(struct phys_ranked_path *p, double range[2],
                                  struct ad_error *error);

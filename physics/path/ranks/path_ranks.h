@@ -44,12 +44,13 @@ enum ad_status phys_path_ranks_gradient(struct ad_ranks *ranks, const struct phy
                                         const double *path, double *gradient,
                                         struct phys_path_figures *figures, struct ad_error *error);
 
-/* As phys_path_solve with newton, adam or sgd, for this rank's share of the path. Newton's system
-   is eliminated block by block, and the slices between blocks by a tree; where a step does not make
-   the gradient smaller it is halved, not damped. AD_E_ARGUMENT: another solver; a rule that counts
-   the last slice twice; adam_steps of more than 0 with adam or sgd; hold, ends, mesh, reference,
-   compare, start_momentum, or a penalty on the energy. progress is called with path NULL, on all
-   ranks, of which rank 0 decides; proceed is not called. info as there, `compared` is NaN. */
+/* As phys_path_solve with newton, lbfgs, adam or sgd, for this rank's share of the path. Newton's
+   system is eliminated block by block, and the slices between blocks by a tree; where a step does
+   not make the gradient smaller it is halved, not damped. AD_E_ARGUMENT: another solver; a rule
+   that counts the last slice twice; adam_steps of more than 0 with another than newton; hold, ends,
+   mesh, reference, compare, start_momentum, or a penalty on the energy. progress is called with
+   path NULL, on all ranks, of which rank 0 decides; proceed is not called. info as there,
+   `compared` is NaN. */
 enum ad_status phys_path_ranks_solve(struct ad_ranks *ranks, const struct phys_solver *solver,
                                      const struct phys_system *system,
                                      const struct phys_path_settings *settings, double *path,

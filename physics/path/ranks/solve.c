@@ -1,8 +1,10 @@
-/* Solvers over ranks (path_ranks.h): Newton's method, and descents, whose steps are those of each
-   number alone. A step of Newton's is halved until the gradient becomes smaller: along it |g|^2
-   falls at first, whatever the signs of H, as its derivative is -2 |g|^2. */
+/* Solvers over ranks (path_ranks.h): Newton's method; limited-memory BFGS; and descents, whose
+   steps are those of each number alone. A step of Newton's is halved until the gradient becomes
+   smaller: along it |g|^2 falls at first, whatever the signs of H, as its derivative is -2 |g|^2.
+ */
 #include "autodiff/clock.h"
 #include "autodiff/free.h"
+#include "autodiff/lbfgs.h"
 #include "autodiff/optim.h"
 #include "elimination.h"
 #include "physics/path/path_program.h"
@@ -27,6 +29,7 @@ struct solve {
     double *x, *before, *step;
     double start_norm, last; /* last: length of the last step of newton */
     struct phys_elimination system;
+    struct ad_error *error; /* of an evaluation of lbfgs */
 };
 
 static double share_of(const struct phys_ranked_path *p)
@@ -89,6 +92,14 @@ static enum phys_stop report(const struct solve *s, size_t step)
     return step == settings->steps ? PHYS_STOP_STEPS : 0;
 }
 
+/* That of action_mean, of the path evaluated last. */
+static void take_gradient(const struct solve *s, double *g)
+{
+    const double share = share_of(&s->path);
+    for (size_t k = 0; k < s->path.rows * s->path.columns; k++)
+        g[k] = share * s->path.g[k];
+}
+
 /* ---- descents ---- */
 
 /* Steps up to `steps`; with a report where they are the solver's own. */
@@ -98,7 +109,6 @@ static enum ad_status descend(struct solve *s, enum ad_optimiser_method method, 
 {
     const struct phys_path_settings *settings = s->path.settings;
     const size_t n = s->path.rows * s->path.columns;
-    const double share = share_of(&s->path);
     struct ad_optimiser_settings how = ad_optimiser_defaults(method);
     how.learning_rate = settings->learning_rate;
     if (method == AD_SGD)
@@ -111,12 +121,70 @@ static enum ad_status descend(struct solve *s, enum ad_optimiser_method method, 
         *stop = reported ? report(s, *taken) : *taken == steps ? PHYS_STOP_STEPS : 0;
         if (*stop)
             break;
-        for (size_t k = 0; k < n; k++)
-            s->path.g[k] *= share;
+        take_gradient(s, s->path.g);
         ad_optimiser_step(o, s->x, s->path.g);
         evaluate(s, error);
     }
     ad_optimiser_free(o);
+    return error->status;
+}
+
+/* ---- limited-memory BFGS ---- */
+
+static double product(void *context, const double *a, const double *b)
+{
+    struct solve *s = context;
+    double sums[2];
+    phys_ranked_products(&s->path, a, b, sums, s->error);
+    return s->error->status == AD_OK ? sums[0] : (double)NAN;
+}
+
+static double objective(void *context, double *x, double *g)
+{
+    struct solve *s = context;
+    (void)x; /* s->x */
+    evaluate(s, s->error);
+    take_gradient(s, g);
+    return s->at.objective;
+}
+
+/* A first step that changes no number by more than the learning rate, by its norm. */
+static double first_step(struct solve *s, const double *g, struct ad_error *error)
+{
+    double largest = 0;
+    for (size_t k = 0; k < s->path.rows * s->path.columns; k++)
+        largest = fmax(largest, fabs(g[k]));
+    largest = -largest;
+    ad_ranks_least(s->path.ranks, 1, &largest, error);
+    return s->path.settings->learning_rate * s->at.grad_norm / -largest;
+}
+
+static enum ad_status lbfgs(struct solve *s, size_t *taken, enum phys_stop *stop,
+                            struct ad_error *error)
+{
+    ad_lbfgs *method = ad_lbfgs_new(s->path.rows * s->path.columns);
+    double *g = s->step;
+    if (!method)
+        ad_fail(error, AD_E_MEMORY, "out of memory for a share of %zu slices", s->path.columns);
+    s->error = error;
+    ad_lbfgs_share(method, product, s);
+    if (ad_ranks_agree(s->path.ranks, error) == AD_OK)
+        take_gradient(s, g);
+    const double first = error->status == AD_OK ? first_step(s, g, error) : 0;
+    for (; error->status == AD_OK && finite(s, *taken, error) == AD_OK; ++*taken) {
+        double value = s->at.objective;
+        *stop = report(s, *taken);
+        if (!*stop && s->at.grad_norm == 0)
+            *stop = PHYS_STOP_ROUNDING;
+        if (*stop)
+            break;
+        if (!ad_lbfgs_step(method, objective, s, first, s->x, g, &value)) {
+            *stop = PHYS_STOP_STALLED;
+            evaluate(s, error);
+            break;
+        }
+    }
+    ad_lbfgs_free(method);
     return error->status;
 }
 
@@ -156,7 +224,7 @@ static bool improve(struct solve *s, struct ad_error *error)
     const double from = sqrt(s->sums.scaled);
     double squares[2], length = 1;
     if (find_step(s, error) != AD_OK || s->system.singular ||
-        phys_ranked_squares(&s->path, s->step, squares, error) != AD_OK)
+        phys_ranked_products(&s->path, s->step, s->step, squares, error) != AD_OK)
         return false;
     const double zero = ROUNDING * s->system.rounding, last = s->last;
     s->last = sqrt(squares[0]);
@@ -246,8 +314,10 @@ static enum ad_status run(struct solve *s, const struct phys_solver *solver, dou
     const struct phys_path_figures start = s->at;
     s->start_norm = start.grad_norm;
     if ((is_newton ? newton(s, &steps, &stop, error)
-                   : descend(s, strcmp(solver->name, "sgd") == 0 ? AD_SGD : AD_ADAM, 0, true,
-                             &steps, &stop, error)) != AD_OK ||
+         : strcmp(solver->name, "lbfgs") == 0
+             ? lbfgs(s, &steps, &stop, error)
+             : descend(s, strcmp(solver->name, "sgd") == 0 ? AD_SGD : AD_ADAM, 0, true, &steps,
+                       &stop, error)) != AD_OK ||
         measure(s, info, error) != AD_OK)
         return error->status;
     memcpy(path, s->x, n * sizeof *path);
