@@ -6,10 +6,7 @@
 
 struct options {
     struct common common;
-    bool quick;
-    const char *folder, *format, *data, *from;
-    size_t days;
-    double latency, bandwidth, flops;
+    struct chart chart;
 };
 
 static const struct kind {
@@ -72,27 +69,19 @@ static int run(const void *values, struct ad_error *error)
     const struct options *options = values;
     static const char *const formats[] = {"svg", "png"};
     const struct kind *kind = find_kind(options->common.argument[0], error);
-    if (!kind || options_choose("format", options->format, 2, formats, error) == 2)
+    if (!kind || options_choose("format", options->chart.format, 2, formats, error) == 2)
         return WRONG_USE;
-    struct chart *chart = calloc(1, sizeof *chart);
+    struct chart *chart = malloc(sizeof *chart);
     if (!chart)
         return ad_fail(error, AD_E_MEMORY, "out of memory"), command_status(error);
-    *chart = (struct chart){.folder = options->folder,
-                            .format = options->format,
-                            .quick = options->quick,
-                            .quiet = options->common.quiet,
-                            .data = options->data,
-                            .from = options->from,
-                            .days = options->days,
-                            .latency = options->latency,
-                            .bandwidth = options->bandwidth,
-                            .flops = options->flops};
+    *chart = options->chart;
+    chart->quiet = options->common.quiet;
     int status = make(kind, chart, options->common.json, error);
     free(chart);
     return status;
 }
 
-#define AT(member) offsetof(struct options, member)
+#define AT(member) offsetof(struct options, chart.member)
 
 static const struct option table[] = {
     {"out", "DIR", OPTION_OUTPUT, "charts", "folder for the data and the pictures", AT(folder)},

@@ -10,17 +10,11 @@ static inline void carry(R *y, R *x, bool backward)
         *y += *x;
 }
 
-/* y [rows x cols] at strides along x: y[r][c] is x at from + row_of(r) * rs + col_of(c) * cs. */
-static void view(const ad_tape *tape, const struct node *n, R *y, R *x, const struct spread *at,
-                 bool backward)
+static void view(const struct elements *at, const struct node *n, R *y, R *x, bool backward)
 {
-    const uint32_t *rows = n->op == AD_OP_gather ? tape->lists + n->aux + 1 : NULL;
-    const uint32_t *cols = n->op == AD_OP_gather_cols ? tape->lists + n->aux + 1 : NULL;
     for (size_t r = 0; r < n->rows; r++)
         for (size_t c = 0; c < n->cols; c++)
-            carry(&y[r * n->cols + c],
-                  &x[at->offset + (rows ? rows[r] : r) * at->row + (cols ? cols[c] : c) * at->col],
-                  backward);
+            carry(&y[r * n->cols + c], &x[element_at(at, r, c)], backward);
 }
 
 /* Forward, of all, of rows or of columns; added in double. */
@@ -36,17 +30,11 @@ static void sum(const struct node *n, const struct node *in, R *y, const R *x)
     }
 }
 
-/* x [rows x cols] added into y: element (r, c) at row_of(r) * rs + col_of(c) * cs. */
-static void sum_into(const ad_tape *tape, const struct node *n, const struct node *in, R *y, R *x,
-                     bool backward)
+static void sum_into(const struct elements *to, const struct node *in, R *y, R *x, bool backward)
 {
-    const uint32_t *rows = n->op == AD_OP_scatter ? tape->lists + n->aux + 1 : NULL;
-    const uint32_t *cols = n->op == AD_OP_scatter_cols ? tape->lists + n->aux + 1 : NULL;
-    const size_t rs = n->rows == 1 && !rows ? 0 : n->cols, cs = n->cols == 1 ? 0 : 1;
     for (size_t r = 0; r < in->rows; r++)
         for (size_t c = 0; c < in->cols; c++)
-            carry(&y[(rows ? rows[r] : r) * rs + (cols ? cols[c] : c) * cs], &x[r * in->cols + c],
-                  backward);
+            carry(&y[element_at(to, r, c)], &x[r * in->cols + c], backward);
 }
 
 /* Cumulative sums; backward, those of the adjoint from the other end. */
@@ -131,29 +119,18 @@ static void structure(const ad_tape *tape, struct ad_direct *d, uint32_t id, boo
     const struct node *n = node_at(tape, id), *in = node_at(tape, n->in[0]);
     R *values = d->value, *base = backward ? d->adjoint : d->value;
     R *y = base + direct_offset(d, id), *x = base + direct_offset(d, n->in[0]);
-    struct spread at = {0, in->cols, 1};
+    struct elements at;
     if (!backward)
         memset(y, 0, node_size(n) * sizeof *y);
     switch (n->op) {
     case AD_OP_slice:
-        at.offset = (size_t)n->in[1] * in->cols + n->in[2];
-        view(tape, n, y, x, &at, backward);
-        break;
     case AD_OP_reshape:
-        at.row = n->cols;
-        view(tape, n, y, x, &at, backward);
-        break;
     case AD_OP_transpose:
-        at = (struct spread){0, 1, in->cols};
-        view(tape, n, y, x, &at, backward);
-        break;
     case AD_OP_broadcast:
-        at = (struct spread){0, in->rows == 1 ? 0 : in->cols, in->cols == 1 ? 0 : 1};
-        view(tape, n, y, x, &at, backward);
-        break;
     case AD_OP_gather:
     case AD_OP_gather_cols:
-        view(tape, n, y, x, &at, backward);
+        at = ad_viewed_elements(tape, n);
+        view(&at, n, y, x, backward);
         break;
     case AD_OP_sum:
     case AD_OP_sum_rows:
@@ -165,7 +142,8 @@ static void structure(const ad_tape *tape, struct ad_direct *d, uint32_t id, boo
         /* fallthrough */
     case AD_OP_scatter:
     case AD_OP_scatter_cols:
-        sum_into(tape, n, in, y, x, backward);
+        at = ad_summed_elements(tape, n);
+        sum_into(&at, in, y, x, backward);
         break;
     case AD_OP_cumsum:
         cumsum(n, y, x, backward);

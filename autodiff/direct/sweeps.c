@@ -5,6 +5,7 @@
 #include "direct.h"
 #include "autodiff/blas.h"
 #include "autodiff/kernels/kernels.h"
+#include "autodiff/tape/elements.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -28,25 +29,16 @@ typedef double R;
 
 /* ---- other shapes, element by element ---- */
 
-/* Where element (r, c) of an operand lies that is broadcast to a larger shape. */
-struct spread {
-    size_t offset, row, col;
-};
-
-static struct spread spread_of(const ad_tape *tape, const struct ad_direct *d, uint32_t id)
-{
-    const struct node *x = node_at(tape, id);
-    return (struct spread){direct_offset(d, id), x->rows == 1 ? 0 : x->cols, x->cols == 1 ? 0 : 1};
-}
-
 static void elementwise(const ad_tape *tape, struct ad_direct *d, uint32_t id, bool backward)
 {
     const struct node *n = node_at(tape, id);
     const size_t arity = ad_ops[n->op].arity, at = direct_offset(d, id);
-    struct spread in[3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+    struct elements in[3] = {{0}, {0}, {0}};
     R *v = d->value, *adjoint = d->adjoint;
-    for (size_t k = 0; k < arity; k++)
-        in[k] = spread_of(tape, d, n->in[k]);
+    for (size_t k = 0; k < arity; k++) {
+        in[k] = ad_broadcast_elements(node_at(tape, n->in[k]));
+        in[k].offset = direct_offset(d, n->in[k]);
+    }
     for (size_t r = 0; r < n->rows; r++)
         for (size_t c = 0; c < n->cols; c++) {
             size_t o = at + r * n->cols + c, i[3];

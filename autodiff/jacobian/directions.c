@@ -24,10 +24,11 @@ static void find_readings(ad_var y, uint8_t *read)
 /* The columns of the matrix that a node copies, from those of its operand. */
 static uint32_t *copied_columns(const ad_tape *tape, const struct node *n, const uint32_t *of)
 {
+    const struct elements at = ad_viewed_elements(tape, n);
     uint32_t *column = malloc(node_size(n) * sizeof *column), *to = column;
     for (size_t r = 0; column && r < n->rows; r++)
         for (size_t c = 0; c < n->cols; c++)
-            *to++ = of[ad_viewed_element(tape, n, r, c)];
+            *to++ = of[element_at(&at, r, c)];
     return column;
 }
 

@@ -6,6 +6,7 @@
 
 #include "autodiff/derivatives.h"
 #include "autodiff/internal.h"
+#include "autodiff/tape/elements.h"
 
 /* Entries by rows, as in struct ad_sparse. */
 struct pattern {
@@ -36,10 +37,6 @@ uint32_t ad_set_union_all(struct sets *sets, size_t n, const uint32_t of[]);
 
 /* Which elements of y depend on which of the x; false when out of memory. */
 bool ad_pattern_find(struct pattern *pattern, ad_var y, size_t n, const ad_var x[]);
-/* The element of its operand that element (r, c) of a slice, reshape, transpose, gather or
-   broadcast is a copy of. */
-size_t ad_viewed_element(const ad_tape *tape, const struct node *n, size_t r, size_t c);
-bool ad_is_view(const struct node *n);
 bool ad_pattern_transpose(const struct pattern *pattern, struct pattern *transposed);
 void ad_pattern_free(struct pattern *pattern);
 

@@ -18,11 +18,11 @@ struct search {
 
 static uint32_t element(const struct search *s, uint32_t id, size_t r, size_t c)
 {
-    const struct node *x = node_at(s->tape, id);
-    return s->of[id] ? s->of[id][(x->rows == 1 ? 0 : r) * x->cols + (x->cols == 1 ? 0 : c)] : 0;
+    const struct elements x = ad_broadcast_elements(node_at(s->tape, id));
+    return s->of[id] ? s->of[id][element_at(&x, r, c)] : 0;
 }
 
-/* ---- elementwise, views ---- */
+/* ---- elementwise ---- */
 
 static uint32_t of_operands(struct search *s, const struct node *n, size_t r, size_t c)
 {
@@ -32,38 +32,6 @@ static uint32_t of_operands(struct search *s, const struct node *n, size_t r, si
         if (operands >> k & 1)
             all = ad_set_union(&s->sets, all, element(s, n->in[k], r, c));
     return all;
-}
-
-bool ad_is_view(const struct node *n)
-{
-    return n->op == AD_OP_gather || n->op == AD_OP_gather_cols || n->op == AD_OP_slice ||
-           n->op == AD_OP_reshape || n->op == AD_OP_transpose || n->op == AD_OP_broadcast;
-}
-
-size_t ad_viewed_element(const ad_tape *tape, const struct node *n, size_t r, size_t c)
-{
-    const struct node *x = node_at(tape, n->in[0]);
-    const uint32_t *list = tape->lists ? tape->lists + n->aux + 1 : NULL;
-    switch (n->op) {
-    case AD_OP_slice:
-        return (r + n->in[1]) * x->cols + c + n->in[2];
-    case AD_OP_reshape:
-        return r * n->cols + c;
-    case AD_OP_transpose:
-        return c * x->cols + r;
-    case AD_OP_gather:
-        return list[r] * (size_t)x->cols + c;
-    case AD_OP_gather_cols:
-        return r * x->cols + list[c];
-    default: /* broadcast */
-        return (x->rows == 1 ? 0 : r) * x->cols + (x->cols == 1 ? 0 : c);
-    }
-}
-
-static uint32_t viewed(const struct search *s, const struct node *n, size_t r, size_t c)
-{
-    const uint32_t *of = s->of[n->in[0]];
-    return of ? of[ad_viewed_element(s->tape, n, r, c)] : 0;
 }
 
 /* ---- sums: each element is one of several terms ---- */
@@ -104,23 +72,15 @@ static bool add_up(struct search *s, const struct terms *t, size_t size, uint32_
     return done;
 }
 
-/* The element of the result that element (r, c) of a sum's operand is added to. */
-static size_t goes_to(const struct search *s, const struct node *n, size_t r, size_t c)
-{
-    const uint32_t *list = s->tape->lists ? s->tape->lists + n->aux + 1 : NULL;
-    size_t row = n->op == AD_OP_scatter ? list[r] : n->rows == 1 ? 0 : r;
-    size_t col = n->op == AD_OP_scatter_cols ? list[c] : n->cols == 1 ? 0 : c;
-    return row * n->cols + col;
-}
-
 static bool sum(struct search *s, const struct node *n, uint32_t *result)
 {
     const struct node *x = node_at(s->tape, n->in[0]);
+    const struct elements to = ad_summed_elements(s->tape, n);
     struct terms t = {0};
     bool done = true;
     for (size_t r = 0; r < x->rows; r++)
         for (size_t c = 0; done && c < x->cols; c++)
-            done = add_term(&t, goes_to(s, n, r, c), element(s, n->in[0], r, c));
+            done = add_term(&t, element_at(&to, r, c), element(s, n->in[0], r, c));
     done = done && add_up(s, &t, node_size(n), result);
     AD_FREE(t.to, t.set);
     return done;
@@ -267,12 +227,15 @@ static bool fill(struct search *s, const struct node *n, uint32_t *result)
     default:
         break;
     }
-    bool stencil = n->op == AD_OP_diff || n->op == AD_OP_diff_adjoint;
+    const bool stencil = n->op == AD_OP_diff || n->op == AD_OP_diff_adjoint;
+    const uint32_t *of = s->of[n->in[0]];
+    const struct elements at = ad_viewed_elements(s->tape, n);
     for (size_t r = 0; r < n->rows; r++)
         for (size_t c = 0; c < n->cols; c++)
             result[r * n->cols + c] = ad_ops[n->op].elementwise ? of_operands(s, n, r, c)
                                       : stencil                 ? neighbours(s, n, r, c)
-                                                                : viewed(s, n, r, c);
+                                      : of                      ? of[element_at(&at, r, c)]
+                                                                : 0;
     return true;
 }
 

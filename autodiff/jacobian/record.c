@@ -111,7 +111,8 @@ ad_var ad_jacobian_source(ad_var x, size_t *at)
 {
     const struct node *n = node_at(x.tape, x.id);
     for (; ad_is_view(n); n = node_at(x.tape, x.id)) {
-        *at = ad_viewed_element(x.tape, n, *at / n->cols, *at % n->cols);
+        const struct elements of = ad_viewed_elements(x.tape, n);
+        *at = element_at(&of, *at / n->cols, *at % n->cols);
         x.id = n->in[0];
     }
     return x;

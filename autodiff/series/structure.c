@@ -1,42 +1,16 @@
 /* Operations that move or sum elements, on series. */
+#include "autodiff/tape/elements.h"
 #include "internal.h"
 
 /* Element (r, c) of an operand of `cols` columns. */
 static jet element(const jet *x, size_t cols, size_t r, size_t c) { return x[r * cols + c]; }
 
-static void view(const ad_tape *tape, const struct node *n, const struct node *in, const jet *x,
-                 jet *y)
+static void view(const ad_tape *tape, const struct node *n, const jet *x, jet *y)
 {
-    const bool listed = n->op == AD_OP_gather || n->op == AD_OP_gather_cols;
-    const uint32_t *list = listed ? tape->lists + n->aux + 1 : NULL;
+    const struct elements at = ad_viewed_elements(tape, n);
     for (size_t r = 0; r < n->rows; r++)
-        for (size_t c = 0; c < n->cols; c++) {
-            size_t row = r, col = c;
-            switch (n->op) {
-            case AD_OP_slice:
-                row += n->in[1];
-                col += n->in[2];
-                break;
-            case AD_OP_transpose:
-                row = c;
-                col = r;
-                break;
-            case AD_OP_broadcast:
-                row = in->rows == 1 ? 0 : r;
-                col = in->cols == 1 ? 0 : c;
-                break;
-            case AD_OP_gather:
-                row = list[r];
-                break;
-            case AD_OP_gather_cols:
-                col = list[c];
-                break;
-            default: /* reshape: all of it in its order */
-                row = 0;
-                col = r * n->cols + c;
-            }
-            y[r * n->cols + c] = element(x, in->cols, row, col);
-        }
+        for (size_t c = 0; c < n->cols; c++)
+            y[r * n->cols + c] = x[element_at(&at, r, c)];
 }
 
 static void add_to(struct jet_builder *b, jet *y, jet x) { *y = ad_jet_add(b, *y, x); }
@@ -44,14 +18,10 @@ static void add_to(struct jet_builder *b, jet *y, jet x) { *y = ad_jet_add(b, *y
 static void sum_into(struct jet_builder *b, const ad_tape *tape, const struct node *n,
                      const struct node *in, const jet *x, jet *y)
 {
-    const bool listed = n->op == AD_OP_scatter || n->op == AD_OP_scatter_cols;
-    const uint32_t *list = listed ? tape->lists + n->aux + 1 : NULL;
+    const struct elements to = ad_summed_elements(tape, n);
     for (size_t r = 0; r < in->rows; r++)
-        for (size_t c = 0; c < in->cols; c++) {
-            size_t row = n->op == AD_OP_scatter ? list[r] : n->rows == 1 ? 0 : r;
-            size_t col = n->op == AD_OP_scatter_cols ? list[c] : n->cols == 1 ? 0 : c;
-            add_to(b, &y[row * n->cols + col], element(x, in->cols, r, c));
-        }
+        for (size_t c = 0; c < in->cols; c++)
+            add_to(b, &y[element_at(&to, r, c)], element(x, in->cols, r, c));
 }
 
 static void cumulative(struct jet_builder *b, const struct node *n, const jet *x, jet *y)
@@ -124,18 +94,14 @@ bool ad_jet_structure(struct jet_builder *b, const ad_tape *tape, const struct n
     const jet *x = at[n->in[0]];
     for (size_t k = 0; k < node_size(n); k++)
         y[k] = ad_jet_number(b, 0);
+    if (ad_is_view(n)) {
+        view(tape, n, x, y);
+        return true;
+    }
     switch (n->op) {
     case AD_OP_constant:
         for (size_t k = 0; k < node_size(n); k++)
             y[k] = ad_jet_number(b, tape->numbers[n->aux + k]);
-        return true;
-    case AD_OP_slice:
-    case AD_OP_reshape:
-    case AD_OP_transpose:
-    case AD_OP_broadcast:
-    case AD_OP_gather:
-    case AD_OP_gather_cols:
-        view(tape, n, in, x, y);
         return true;
     case AD_OP_scatter:
     case AD_OP_scatter_cols:
