@@ -67,7 +67,6 @@ static enum ad_status follow(struct spectrum *s, double *t, double *length, stru
                                    .context = how->context};
     const size_t bytes = s->ode.n * sizeof *s->y;
     double *log_length = s->log + s->k;
-    step.atol = step.rtol;
     memcpy(s->begun, s->y, bytes);
     for (;;) {
         struct phys_simulation_info info;

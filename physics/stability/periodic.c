@@ -50,7 +50,6 @@ static enum ad_status go(struct orbit *o, const struct phys_ode *ode, const char
         y[k] = k < o->d ? x[k] : (k / o->d - 1 == k % o->d);
     }
     how.t0 = from;
-    how.atol = how.rtol;
     how.scale = scale;
     how.proceed = o->settings->proceed;
     how.context = o->settings->context;

@@ -148,6 +148,8 @@ static void test_refused(void **state)
         {"q,p,dqdt\n1,2,3\n", NULL, NULL, NULL, "'q' 'p' dXdt"},
         {"q,,dqdt,\n1,2,3,4\n", NULL, NULL, NULL, "'q' dXdt 2 4"},
         {"t,q,p\n0,1,2\n1,2,2\n", "t,q", NULL, "t", "column 1 time"},
+        {"q,p,dqdt,dpdt\n1,2,3,4\n", "+1,2", "3,4", NULL, "'+1'"}, /* no number */
+        {"q,p,dqdt,dpdt\n1,2,3,4\n", "1,2", "3,5", NULL, "'5'"},
     };
     for (size_t k = 0; k < LENGTH(wrong); k++) {
         struct path file = files_write_text("wrong.csv", wrong[k].text);

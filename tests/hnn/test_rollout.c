@@ -127,6 +127,23 @@ static void test_added_energy(void **state)
     close_world(&w);
 }
 
+/* Of two bodies in the plane: along the gradient in all coordinates and momenta. */
+static void test_energy_of_many_coordinates(void **state)
+{
+    (void)state;
+    struct world w;
+    double x0[16];
+    open_task(&w, "twobody", 1);
+    hnn_task_start(hnn_task_find("twobody", &w.error), 0, 3, x0);
+    w.settings.add = 0.03;
+    w.settings.add_at = 0.5;
+    roll(&w, x0);
+    for (size_t i = 0; i < POINTS; i++)
+        assert_close(hnn_path_energy(&w.ode, &w.path, i) - hnn_path_energy(&w.ode, &w.path, 0),
+                     w.path.t[i] <= 0.5 ? 0 : 0.03, 0, 1e-8);
+    close_world(&w);
+}
+
 static void refused(struct world *w, const double *x0, const char *why)
 {
     struct ad_error error = {0};
@@ -293,6 +310,7 @@ int main(void)
         cmocka_unit_test(test_outputs),
         cmocka_unit_test(test_reversal_of_model),
         cmocka_unit_test(test_added_energy),
+        cmocka_unit_test(test_energy_of_many_coordinates),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_trials),
         cmocka_unit_test(test_true_and_published),
