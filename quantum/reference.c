@@ -257,7 +257,8 @@ enum ad_status qm_reference(const struct qm_slice *slice, const struct qm_gaussi
         split_free(&split);
         reference->uncertainty += sqrt(seen.high) + sqrt(seen.ends);
         last = last || !off_grid(&seen, wanted);
-        width *= seen.ends > wanted * wanted ? 2 : 1;
+        /* what the grid cannot resolve is seen at the ends, too, wherever they are */
+        width *= seen.ends > wanted * wanted && !(seen.high > wanted * wanted) ? 2 : 1;
     }
     return error->status;
 }

@@ -1,4 +1,5 @@
 /* Derivatives of motions by parameters: closed forms, and differences of motions. */
+#include "physics/stability/internal.h"
 #include "systems.h"
 #include "tests/close.h"
 #include "tests/mentions.h"
@@ -208,6 +209,21 @@ static void pulses_are_not_stepped_over(void **state)
     phys_system_close(&system);
 }
 
+/* There is no orbit of e < 0. */
+static void starts_end_where_they_are_defined(void **state)
+{
+    static const char *const names[] = {"a", "e"};
+    (void)state;
+    struct phys_system system = system_opened("kepler");
+    struct ad_error error = {0};
+    double slope[8], off[8];
+    system_set(&system, "e", 0);
+    assert_int_equal(phys_start_slopes(&system, 1, 1, names, slope, off, &error), AD_OK);
+    assert_int_equal(phys_start_slopes(&system, 1, 2, names, slope, off, &error), AD_E_NONFINITE);
+    assert_mentions(error.message, "kepler e 0");
+    phys_system_close(&system);
+}
+
 static void what_is_lost_is_refused(void **state)
 {
     static const char *const names[] = {"g"};
@@ -229,6 +245,7 @@ int main(void)
         cmocka_unit_test(differences_agree),
         cmocka_unit_test(values_are_read_when_the_motion_is),
         cmocka_unit_test(pulses_are_not_stepped_over),
+        cmocka_unit_test(starts_end_where_they_are_defined),
         cmocka_unit_test(what_is_lost_is_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -283,6 +283,9 @@ static void test_errors_are_known(void **state)
                 known = fmax(known, r.uncertainty[j]);
             }
             assert_true(most <= e.member[i].error + known);
+            for (size_t k = 0; k < e.n_checked; k++)
+                if (e.checked[k] == i)
+                    assert_close(e.measured[k], most, 1e-12, 0);
             assert_true(e.member[i].error < (asked ? 1e-10 : 1e-5));
             phys_reference_free(&r);
             phys_motion_solution_free(&m);

@@ -216,15 +216,18 @@ static void a_small_coordinate_is_judged_by_its_own_size(void **state)
 {
     (void)state;
     struct solved s = {0};
-    const double q[] = {1e-6, 1e3}, v[] = {0, 0};
-    struct phys_motion_settings settings = {.size = sizeof settings, .time = 5, .q = q, .v = v};
+    const double v[] = {0, 0};
+    struct phys_motion_settings settings = {.size = sizeof settings, .time = 5, .v = v};
     phys_system_open("spring", &s.system, &s.error);
     struct phys_scene scene = *s.system.scene;
     scene.lagrangian = two_scales;
     scene.kinetic = scene.potential = NULL;
     s.system.scene = &scene;
     s.system.dof = s.system.dims = 2;
-    for (int fine = 0; fine < 2; fine++) {
+    for (int run = 0; run < 4; run++) { /* in the units of the test, or in larger ones */
+        const bool fine = run % 2;
+        const double unit = run / 2 ? 1e-20 : 1, q[] = {1e-6 * unit, 1e3 * unit};
+        settings.q = q;
         settings.tolerance = fine ? 1e-14 : 1e-8;
         phys_motion_solve(&s.system, &settings, &s.motion, &s.error);
         phys_motion_diagnose(&settings, &s.motion, 0, &s.diagnosis, &s.error);
