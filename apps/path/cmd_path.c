@@ -4,6 +4,7 @@
 #include "apps/output/outputs.h"
 #include "path.h"
 #include "physics/motion/time_scan.h"
+#include "physics/path/ends.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -127,7 +128,8 @@ static int judge(const struct path_run *run, struct ad_error *error)
     else if (run->found.unknown && !path_wants_all(run->options))
         ad_fail(error, AD_E_ACCURACY,
                 "the path is not known: the ends are conjugate or nearly, and between such there "
-                "is none, or many; try another --time, other ends, or more slices");
+                "is none, or many; %s, or more slices",
+                phys_ends_advice(&run->ends));
     else if (run->found.singular && !path_wants_all(run->options))
         ad_fail(error, AD_E_ACCURACY,
                 "the path passes a singularity between two slices, as at a collision: no motion "
@@ -142,8 +144,8 @@ static int judge(const struct path_run *run, struct ad_error *error)
     else if (path_wants_tolerance(run->options) && run->found.spectrum.undetermined)
         ad_fail(error, AD_E_ACCURACY,
                 "--tol %g cannot be verified: an eigenvalue of the second variation is zero within "
-                "its error, so that the path may lie elsewhere; try other ends, or another time",
-                run->options->tolerance);
+                "its error, so that the path may lie elsewhere; %s",
+                run->options->tolerance, phys_ends_advice(&run->ends));
     else if (kinks)
         ad_fail(error, AD_E_ACCURACY,
                 "--tol %g cannot be verified: L has kinks (%s), where the estimate does not hold, "
@@ -202,6 +204,10 @@ static const struct option table[] = {
      AT(start)},
     {"end", "ENDS", OPTION_INPUT, NULL,
      "the other, or the last row of FILE.csv; theta=1+2pi winds once [the motion's]", AT(end)},
+    {"relate", "EQUATIONS", OPTION_TEXT, NULL,
+     "linear relations between the ends, 'x(T)=-x(0)+1,y(0)=2*x(0)'; what --start and --end do not "
+     "name is free, and momenta keep the natural conditions",
+     AT(relate)},
     {"time", "T", OPTION_TEXT, NULL,
      "from end to end, or free: of the path of energy --energy, near --slices, --dt [these]",
      AT(time)},

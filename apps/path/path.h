@@ -16,7 +16,8 @@
 struct path_options {
     struct common common;
     const char *solver, *rule, *init, *reference, *preset;
-    const char *start, *end, *time;   /* the ends, and the time between them */
+    const char *start, *end, *time;   /* the ends, and the time between them ... */
+    const char *relate;               /* ... and relations between them */
     const char *follow;               /* --continue */
     const char *data, *from, *bodies; /* of the ephemeris */
     size_t slices, steps, every, days, dims, adam_steps, hold;
@@ -52,6 +53,7 @@ struct path_run {
     struct phys_ends ends;            /* what is free there; settings.ends */
     double *given;                    /* [dof x 2] ends of --start, --end; NaN: free. NULL: none */
     bool *moves;                      /* [2 x dof] which of them are free */
+    double *relation;                 /* [..][2 dof + 1] of ends */
     struct phys_path_share share;     /* by blocks: what of it this rank has */
     double *reference, *start, *path; /* reference NULL: there is none ... */
     bool led_away;                    /* the discretised motion, so that the true one stands in */
@@ -111,6 +113,10 @@ bool path_time_is_free(const struct path_options *options);
 /* --start, --end and --time: fills run->ends and run->given, and the time step, once rule, slices
    and time step are chosen. */
 enum ad_status path_ends(struct path_run *run, struct ad_error *error);
+/* Index of the coordinate called so. */
+size_t path_coordinate(const struct path_run *run, const char *name, struct ad_error *error);
+/* --relate: fills the relations of run->ends. (path_relations.c) */
+enum ad_status path_relations(struct path_run *run, struct ad_error *error);
 /* Puts run->start, a path [dof x slices] unless it is a line (`line`), between run->given. */
 enum ad_status path_meet_ends(struct path_run *run, bool line, struct ad_error *error);
 /* The coordinates and the time that were free, as found. */

@@ -43,7 +43,7 @@ enum ad_status path_blocks_start(struct path_run *run, struct ad_error *error)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--init %s: ranks and --blocks start from line or ode; expected one of them",
                        options->init);
-    if (run->ends.free_time || run->ends.free[0] || run->ends.free[1])
+    if (run->ends.free_time || run->ends.free[0] || run->ends.free[1] || run->ends.n_relations)
         return ad_fail(error, AD_E_ARGUMENT,
                        "free ends and a free time do not go with ranks, nor with --blocks; give "
                        "both ends, or take one process");

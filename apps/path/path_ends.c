@@ -1,6 +1,7 @@
 /* leastaction path --start, --end, --time: the ends of a path as they are given (path.h). */
 #include "autodiff/free.h"
 #include "path.h"
+#include "physics/path/ends.h"
 #include "physics/io/names.h"
 
 #include <stdlib.h>
@@ -13,8 +14,7 @@ bool path_time_is_free(const struct path_options *options)
 
 /* ---- reading ---- */
 
-/* Index of the coordinate called so. */
-static size_t find_coordinate(const struct path_run *run, const char *name, struct ad_error *error)
+size_t path_coordinate(const struct path_run *run, const char *name, struct ad_error *error)
 {
     size_t dof = run->system.dof, k = dof;
     char(*names)[32] = malloc(dof * sizeof *names);
@@ -44,7 +44,7 @@ static enum ad_status read_coordinate(struct path_run *run, const char *word, bo
                        "--%s: expected NAME=VALUE, as in x=1.5, x=pi/2 or x=free, got '%s'", option,
                        word);
     snprintf(name, sizeof name, "%.*s", (int)(equals - word), word);
-    size_t k = find_coordinate(run, name, error);
+    size_t k = path_coordinate(run, name, error);
     if (error->status != AD_OK)
         return error->status;
     if (seen[k])
@@ -54,6 +54,12 @@ static enum ad_status read_coordinate(struct path_run *run, const char *word, bo
     run->given[2 * k + last] = value;
     run->moves[last * run->system.dof + k] = free;
     return AD_OK;
+}
+
+static void leave_free(struct path_run *run, size_t k, bool last)
+{
+    run->given[2 * k + last] = (double)NAN;
+    run->moves[last * run->system.dof + k] = true;
 }
 
 /* All coordinates of an end: x=1,y=-0.5. */
@@ -72,7 +78,9 @@ static enum ad_status read_list(struct path_run *run, const char *text, bool las
         read_coordinate(run, word, last, seen, error);
     }
     for (size_t k = 0; error->status == AD_OK && k < dof; k++)
-        if (!seen[k]) {
+        if (!seen[k] && run->options->relate) {
+            leave_free(run, k, last);
+        } else if (!seen[k]) {
             phys_coordinate_name(&run->system, k, name, sizeof name);
             ad_fail(error, AD_E_ARGUMENT,
                     "--%s: no value of %s, expected one for every coordinate; or %s=free",
@@ -104,6 +112,10 @@ static enum ad_status read_end(struct path_run *run, const char *text, bool last
                                struct ad_error *error)
 {
     size_t dof = run->system.dof;
+    for (size_t k = 0; !text && run->options->relate && k < dof; k++)
+        leave_free(run, k, last);
+    if (!text && run->options->relate)
+        return AD_OK;
     if (text && (strchr(text, '=') || strspn(text, "0123456789.,+-") == strlen(text)))
         return read_list(run, text, last, error);
     double *row = malloc(dof * sizeof *row);
@@ -133,12 +145,12 @@ enum ad_status path_ends(struct path_run *run, struct ad_error *error)
 {
     const struct path_options *options = run->options;
     size_t dof = run->system.dof;
-    bool given = options->start || options->end;
+    bool given = options->start || options->end || options->relate;
     bool free_time = run->system.scene->free_time || path_time_is_free(options);
     const struct conflict rows[] = {
-        {options->start && !options->end, "--start needs --end, the other end"},
+        {options->start && !options->end && !options->relate, "--start needs --end, the other end"},
         {given && (options->data || options->preset || strcmp(options->ends, "both") != 0),
-         "--start, --end do not go with --data, --preset, --ends: these give the ends"},
+         "--start, --end, --relate do not go with --data, --preset, --ends: these give the ends"},
         {options->time && ((!isnan(options->dt) && !path_time_is_free(options)) || options->data ||
                            options->preset),
          "--time does not go with --dt, --data, --preset: these give the time"},
@@ -172,20 +184,25 @@ enum ad_status path_ends(struct path_run *run, struct ad_error *error)
             return error->status;
         run->ends.free[end] = memchr(moves, 1, dof * sizeof *moves) ? moves : NULL;
     }
-    bool free = run->ends.free[0] || run->ends.free[1];
+    if (path_relations(run, error) != AD_OK)
+        return error->status;
+    bool free = run->ends.free[0] || run->ends.free[1] || options->relate;
     if (free && path_wants_all(options))
         return ad_fail(error, AD_E_ARGUMENT,
                        "--all, --energy: expected both ends, got a free coordinate; give it");
-    if (free && (strcmp(run->solver->name, "newton") != 0 || options->hold != 1))
+    bool serves =
+        strcmp(run->solver->name, "newton") == 0 || strcmp(run->solver->name, "lbfgs") == 0;
+    if (free && (!serves || options->hold != 1))
         return ad_fail(error, AD_E_ARGUMENT,
-                       "--start, --end: a free coordinate needs --solver newton and no --hold");
+                       "--start, --end, --relate: a coordinate that is free or related needs "
+                       "--solver newton or lbfgs and no --hold");
     return AD_OK;
 }
 
 /* ---- the start of the run, and what was found ---- */
 
 /* Free coordinates begin where the path given has them; on a line where the other end is, or the
-   scene's start. */
+   scene's start; then at the nearest ends that keep the relations. */
 enum ad_status path_meet_ends(struct path_run *run, bool line, struct ad_error *error)
 {
     size_t dof = run->system.dof, n = run->settings.slices;
@@ -202,6 +219,14 @@ enum ad_status path_meet_ends(struct path_run *run, bool line, struct ad_error *
             double loose = !line ? run->start[at] : isnan(other) ? q[k] : other;
             between[at] = isnan(here) ? loose : here;
         }
+    struct phys_end_space space = {0};
+    struct ad_error lost = {0};
+    if (phys_ends_check(&run->system, &run->ends, n, between, &lost) == AD_OK &&
+        phys_end_space_new(&space, &run->ends, dof, &lost) == AD_OK)
+        phys_end_space_meet_path(&space, n, between);
+    else
+        ad_fail(error, lost.status, "--relate: %s", lost.message);
+    phys_end_space_free(&space);
     if (line)
         phys_path_line(dof, n, between, run->start);
     else
@@ -211,7 +236,7 @@ enum ad_status path_meet_ends(struct path_run *run, bool line, struct ad_error *
         run->start[k * n + n - 1] = between[k * n + n - 1];
     }
     AD_FREE(between, q);
-    return AD_OK;
+    return error->status;
 }
 
 void path_report_ends(const struct path_run *run, struct report *report)
@@ -234,6 +259,6 @@ void path_report_ends(const struct path_run *run, struct report *report)
     }
     report_item(report, NULL);
     if (run->ends.free[1])
-        report_number(report, "free_momentum", "momentum free at the end, of the motion", NULL,
+        report_number(report, "free_momentum", "momentum of what is free, of the motion", NULL,
                       run->found.free_momentum);
 }

@@ -182,6 +182,6 @@ void path_run_free(struct path_run *run)
     path_record_free(&run->record);
     phys_solutions_free(&run->solutions);
     phys_path_found_free(&run->found);
-    AD_FREE(run->given, run->moves, run->reference, run->start, run->path);
+    AD_FREE(run->given, run->moves, run->relation, run->reference, run->start, run->path);
     phys_system_close(&run->system);
 }

@@ -11,6 +11,8 @@
 static void reason(const struct path_run *run, char *text, size_t size)
 {
     const struct phys_spectrum *s = &run->found.spectrum;
+    const char *cause = run->ends.n_relations ? "paths that keep the relations form a family"
+                                              : "the ends are conjugate";
     if (strcmp(run->solver->name, "newton") != 0)
         snprintf(text, size, "%s does not make the path stationary to rounding; newton does",
                  run->solver->name);
@@ -21,14 +23,16 @@ static void reason(const struct path_run *run, char *text, size_t size)
         snprintf(text, size, "L_vv is negative definite: of -S it is %zu, %s of the action",
                  s->index, s->index ? "a saddle" : "a maximum");
     else if (s->legendre == PHYS_POSITIVE && isnan(s->around[0]))
-        snprintf(text, size,
-                 "an eigenvalue of the Hessian is zero within rounding: the ends are "
-                 "conjugate or nearly, or the slices too many");
+        snprintf(
+            text, size,
+            "an eigenvalue of the Hessian is zero within rounding: %s or nearly, or the slices "
+            "too many",
+            cause);
     else if (s->legendre == PHYS_POSITIVE)
         snprintf(text, size,
-                 "an eigenvalue of the second variation, %.2g, is zero within its error: the ends "
-                 "are conjugate or nearly, or the slices too few",
-                 fmin(fabs(s->around[0]), fabs(s->around[1])));
+                 "an eigenvalue of the second variation, %.2g, is zero within its error: %s or "
+                 "nearly, or the slices too few",
+                 fmin(fabs(s->around[0]), fabs(s->around[1])), cause);
     else
         snprintf(text, size, "L_vv is not definite at t = %.6g (Legendre's condition)",
                  s->not_definite);

@@ -11,10 +11,12 @@ struct phys_hessian_point {
     double weight, time, q[PHYS_RULE_MOST + 1], v[PHYS_RULE_MOST + 1];
 };
 
+struct phys_ends;
 struct phys_hessian {
     struct phys_rule_table table;
     bool repeat;         /* one point more, at the last slice */
     const bool *free[2]; /* [dof]: coordinates of the first and last slice that move; NULL: none */
+    const struct phys_ends *ends; /* that says so, and relations between them; NULL: none moves */
     size_t dof, elements, points;
     size_t side; /* of an element's matrix: (degree + 1) dof */
     double dt;

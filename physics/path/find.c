@@ -138,24 +138,32 @@ static enum ad_status follow(const struct search *s, const struct phys_ode *ode,
     return error->status;
 }
 
-/* What is left of the momenta that a free end has none of, on the motion that ends in y. */
+/* What is left of the momenta that free ends have none of, on the motion from (q, v) that ends in
+   y; `room` [4 dof] begins with q and v. */
 static void measure_momentum(const struct search *s, const struct phys_ode *ode, const double *y,
                              double *room, struct ad_error *error)
 {
-    const bool *free = s->settings->ends ? s->settings->ends->free[1] : NULL;
-    double T = (double)(s->slices - 1) * s->settings->dt, *q = room, *v = q + s->dof;
+    const struct phys_ends *ends = s->settings->ends;
+    const size_t dof = s->dof;
+    double T = (double)(s->slices - 1) * s->settings->dt, *q = room, *v = q + dof, *p = v + dof;
+    struct phys_end_space space = {0};
     phys_legendre *legendre = NULL;
     struct ad_error none = {0};
-    if (free && phys_ode_leave(ode, T, y, q, v, &none) == AD_OK &&
+    if (ends && ends->free[1] && phys_end_space_new(&space, ends, dof, &none) == AD_OK &&
         phys_legendre_new(s->system, &legendre, &none) == AD_OK) {
-        double *p = v + s->dof;
-        phys_legendre_momentum(legendre, q, v, T, p, NULL);
-        s->found->free_momentum = 0;
-        for (size_t k = 0; k < s->dof; k++)
-            if (free[k])
+        phys_legendre_momentum(legendre, q, v, 0, p, NULL);
+        for (size_t k = 0; k < dof; k++)
+            p[k] = -p[k];
+        if (phys_ode_leave(ode, T, y, q, v, &none) == AD_OK) {
+            phys_legendre_momentum(legendre, q, v, T, p + dof, NULL);
+            phys_end_space_project(&space, NULL, p);
+            s->found->free_momentum = 0;
+            for (size_t k = 0; k < 2 * dof; k++)
                 s->found->free_momentum = fmax(s->found->free_momentum, fabs(p[k]));
+        }
     }
     phys_legendre_free(legendre);
+    phys_end_space_free(&space);
     phys_keep_memory(&none, error);
 }
 

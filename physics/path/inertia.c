@@ -43,21 +43,6 @@ static double slice_mass(const struct phys_inertia *c, size_t i)
     return c->integral ? 0.5 * c->mass[0] * (before + after) : 1;
 }
 
-/* What is given at an end where coordinates move gets, in the condensed element e there, a positive
-   block of its own, beyond the spectrum. */
-static void hold_given(struct phys_inertia *c, size_t e)
-{
-    size_t n = c->side;
-    for (size_t k = 0; k < n; k++) {
-        size_t end = k / c->dof;
-        const bool *free = c->hessian->free[end];
-        if (!free || free[c->hessian->order[k % c->dof]] || e != end * (c->hessian->elements - 1))
-            continue;
-        for (size_t j = 0; j < n; j++)
-            c->S[j * n + k] = c->S[k * n + j] = j == k ? PHYS_BEYOND_SPECTRUM * c->largest : 0;
-    }
-}
-
 /* The matrix of an element in the order of c->order, by columns, in c->K; full columns of the
    Hessian hold the slice before, the inner nodes and the slice behind. */
 static void fill_element(struct phys_inertia *c, size_t e)
@@ -91,7 +76,6 @@ static bool reduce(struct phys_inertia *c, size_t e, double sigma, size_t *negat
     for (size_t j = 0; j < n; j++)
         for (size_t i = j; i < n; i++)
             c->S[j * n + i] = c->S[i * n + j] = c->K[(m + j) * all + m + i];
-    hold_given(c, e);
     return true;
 }
 
@@ -107,10 +91,8 @@ static bool condense(struct phys_inertia *c, size_t e, double sigma, size_t *neg
     for (size_t j = 0; j < n; j++)
         for (size_t i = 0; i < n; i++)
             c->S[j * n + i] = entry(c, e, m + i, m + j);
-    if (m == 0) {
-        hold_given(c, e);
+    if (m == 0)
         return true;
-    }
     for (size_t j = 0; j < m; j++)
         for (size_t i = 0; i < m; i++)
             c->K[j * m + i] =
@@ -126,7 +108,6 @@ static bool condense(struct phys_inertia *c, size_t e, double sigma, size_t *neg
         solved[k] = -c->C[k];
     phys_lapack_symmetric_solve(m, c->K, c->pivots, n, solved);
     ad_blas_gemm(AD_F64, false, true, n, n, m, solved, m, c->C, m, true, c->S, n);
-    hold_given(c, e);
     return true;
 }
 
@@ -179,14 +160,64 @@ static void note_conjugate(struct phys_inertia *c, size_t i, size_t more,
 /* D of slice i, from the elements before and after it and the blocks eliminated so far. */
 static bool next_block(struct phys_inertia *c, size_t i, double sigma)
 {
-    size_t n = c->dof, last = c->hessian->elements;
+    size_t n = c->dof;
     double mass = slice_mass(c, i);
     for (size_t b = 0; b < n; b++)
         for (size_t a = 0; a < n; a++)
-            c->D[b * n + a] = (i > 0 ? block(c, c->before, 1, 1, a, b) : 0) +
-                              (i < last ? block(c, c->S, 0, 0, a, b) : 0) - c->X[b * n + a] -
-                              (a == b ? sigma * mass : 0);
+            c->D[b * n + a] = block(c, c->before, 1, 1, a, b) + block(c, c->S, 0, 0, a, b) -
+                              c->X[b * n + a] - (a == b ? sigma * mass : 0);
     return phys_lapack_symmetric_factor(n, c->D, c->pivots, c->work) == 0;
+}
+
+/* The slice eliminated last also leaves its share with the first one, where that moves, and couples
+   it to the next. */
+static void eliminate_first(struct phys_inertia *c)
+{
+    size_t n = c->dof;
+    double *F = c->first, *solved = F + n * n, *next = solved + n * n;
+    memcpy(solved, F, n * n * sizeof *F);
+    phys_lapack_symmetric_solve(n, c->D, c->pivots, n, solved);
+    for (size_t k = 0; k < n * n; k++) {
+        c->W[k] -= dot(n, F + k % n * n, solved + k / n * n);
+        next[k] = -dot(n, c->Y + k % n * n, F + k / n * n);
+    }
+    memcpy(F, next, n * n * sizeof *F);
+}
+
+/* What all slices between leave of the first and the last, in the directions that are free; the
+   others get a positive block of their own, whatever sigma. */
+static bool count_ends(struct phys_inertia *c, double sigma, size_t *more)
+{
+    size_t n = c->dof, side = c->side;
+    double *E = c->ends, *unit = E + side * side;
+    for (size_t j = 0; j < n; j++)
+        for (size_t i = 0; i < n; i++) {
+            E[j * side + i] = c->W[j * n + i] - (i == j ? sigma * slice_mass(c, 0) : 0);
+            E[j * side + n + i] = E[(n + i) * side + j] = c->first[j * n + i];
+            E[(n + j) * side + n + i] = block(c, c->S, 1, 1, i, j) - c->X[j * n + i] -
+                                        (i == j ? sigma * slice_mass(c, c->hessian->elements) : 0);
+        }
+    for (size_t pass = 0; pass < 2; pass++) {
+        for (size_t j = 0; j < side; j++)
+            phys_end_space_project(c->free, c->hessian->order, E + j * side);
+        for (size_t j = 0; j < side; j++)
+            for (size_t i = 0; i < j; i++) {
+                double swap = E[j * side + i];
+                E[j * side + i] = E[i * side + j];
+                E[i * side + j] = swap;
+            }
+    }
+    for (size_t j = 0; j < side; j++) {
+        memset(unit, 0, side * sizeof *unit);
+        unit[j] = 1;
+        phys_end_space_project(c->free, c->hessian->order, unit);
+        for (size_t i = 0; i < side; i++)
+            E[j * side + i] += c->largest * ((i == j) - unit[i]);
+    }
+    if (phys_lapack_symmetric_factor(side, E, c->pivots, c->work) != 0)
+        return false;
+    *more = phys_lapack_symmetric_inertia(side, side, E, c->pivots, &c->log_determinant);
+    return true;
 }
 
 /* Number of eigenvalues of the Hessian below sigma, in `total`, and conjugate points in a spectrum
@@ -196,29 +227,34 @@ static bool eliminate_all(struct phys_inertia *c, double sigma, size_t *total,
                           struct phys_spectrum *spectrum)
 {
     const struct phys_hessian *h = c->hessian;
-    size_t more = 0, first = h->free[0] ? 0 : 1, end = h->elements + (h->free[1] ? 1 : 0);
+    size_t n = c->dof, more = 0;
     c->log_determinant = 0;
     if (!condense(c, 0, sigma, total))
         return false;
-    memset(c->X, 0, c->dof * c->dof * sizeof *c->X);
+    for (size_t k = 0; h->ends && k < n * n; k++) {
+        c->W[k] = block(c, c->S, 0, 0, k % n, k / n);
+        c->first[k] = block(c, c->S, 1, 0, k % n, k / n);
+    }
+    memset(c->X, 0, n * n * sizeof *c->X);
     if (spectrum)
         note_conjugate(c, 0, *total, spectrum);
-    for (size_t i = first; i < end && !phys_hessian_stopped(c->hessian); i++) {
-        if (i > 0) {
-            double *swap = c->before;
-            c->before = c->S;
-            c->S = swap;
-        }
-        more = 0;
-        if ((i > 0 && i < h->elements && !condense(c, i, sigma, &more)) || !next_block(c, i, sigma))
+    for (size_t i = 1; i < h->elements && !phys_hessian_stopped(c->hessian); i++) {
+        double *swap = c->before;
+        c->before = c->S;
+        c->S = swap;
+        if (!condense(c, i, sigma, &more) || !next_block(c, i, sigma))
             return false;
-        more += phys_lapack_symmetric_inertia(c->dof, c->dof, c->D, c->pivots, &c->log_determinant);
-        if (i < h->elements)
-            eliminate(c);
+        more += phys_lapack_symmetric_inertia(n, n, c->D, c->pivots, &c->log_determinant);
+        eliminate(c);
+        if (h->ends)
+            eliminate_first(c);
         if (spectrum)
             note_conjugate(c, i, more, spectrum);
         *total += more;
     }
+    if (h->ends && !count_ends(c, sigma, &more))
+        return false;
+    *total += h->ends ? more : 0;
     return true;
 }
 
@@ -230,8 +266,7 @@ enum { MANY = 1000 }; /* coordinates, of which a block of a slice takes long */
 static bool is_wide(const struct phys_hessian *h)
 {
     double nodes = (double)h->elements * (double)h->table.degree;
-    return h->dof > MANY && !h->free[0] && !h->free[1] &&
-           (double)h->around * nodes < (double)h->dof / 2;
+    return h->dof > MANY && !h->ends && (double)h->around * nodes < (double)h->dof / 2;
 }
 
 static double node_mass(const struct phys_inertia *c, size_t node)
@@ -295,10 +330,12 @@ static double largest_entry(const struct phys_hessian *h)
     return most;
 }
 
-bool phys_inertia_new(struct phys_inertia *c, struct phys_hessian *h)
+bool phys_inertia_new(struct phys_inertia *c, struct phys_hessian *h,
+                      const struct phys_end_space *ends)
 {
     size_t n = h->dof, m = (h->table.degree - 1) * n;
     *c = (struct phys_inertia){.hessian = h,
+                               .free = ends,
                                .dof = n,
                                .inner = m,
                                .side = 2 * n,
@@ -306,8 +343,9 @@ bool phys_inertia_new(struct phys_inertia *c, struct phys_hessian *h)
                                .wide = is_wide(h)};
     if (c->wide)
         return true;
-    size_t larger = m > n ? m : n;
-    c->K = malloc((m * m + 4 * n * m + 12 * n * n + 3 * n * n + 64 * larger) * sizeof *c->K);
+    size_t larger = m > 2 * n ? m : 2 * n;
+    c->K =
+        malloc((m * m + 4 * n * m + 12 * n * n + 11 * n * n + 2 * n + 64 * larger) * sizeof *c->K);
     c->pivots = malloc(larger * sizeof *c->pivots);
     c->order = malloc((m + 2 * n) * sizeof *c->order);
     if (!c->K || !c->pivots || !c->order)
@@ -324,7 +362,10 @@ bool phys_inertia_new(struct phys_inertia *c, struct phys_hessian *h)
     c->D = c->before + 4 * n * n;
     c->X = c->D + n * n;
     c->Y = c->X + n * n;
-    c->work = c->Y + n * n;
+    c->W = c->Y + n * n;
+    c->first = c->W + n * n;
+    c->ends = c->first + 3 * n * n;
+    c->work = c->ends + 4 * n * n + 2 * n;
     return true;
 }
 

@@ -2,6 +2,7 @@
 #ifndef PHYSICS_PATH_INERTIA_H
 #define PHYSICS_PATH_INERTIA_H
 
+#include "ends.h"
 #include "spectrum.h"
 
 /* Times the scale of the spectrum: not in it. */
@@ -14,6 +15,9 @@ struct phys_inertia {
     double *C;               /* [2 dof][inner] coupling of inner nodes to slices, and solved */
     double *S, *before;      /* [2 dof][2 dof] condensed elements */
     double *D, *X, *Y;       /* [dof][dof] */
+    const struct phys_end_space *free; /* where ends move: the directions; ... */
+    double *W, *first, *ends; /* ... [dof][dof] what is left of the first slice, its coupling to the
+                                 next one, and [2 dof][2 dof] of both ends; with room */
     double *work;
     int *pivots;
     size_t *order; /* [inner + side] place in an element of inner nodes, slice before, behind */
@@ -26,8 +30,10 @@ struct phys_inertia {
     bool lost; /* out of memory for them, or for that matrix */
 };
 
-/* Takes the elements of h as they are. False: out of memory; to be freed in any case. */
-bool phys_inertia_new(struct phys_inertia *c, struct phys_hessian *h);
+/* Takes the elements of h as they are, and `ends`, in their coordinates, where h->ends moves.
+   False: out of memory; to be freed in any case. */
+bool phys_inertia_new(struct phys_inertia *c, struct phys_hessian *h,
+                      const struct phys_end_space *ends);
 void phys_inertia_free(struct phys_inertia *c);
 /* Masses that are 1 give the eigenvalues of the Hessian. Those of the second variation are measured
    against the integral of x^2: node k has the mass of an element's length times the integral of its

@@ -23,7 +23,10 @@ enum ad_status phys_newton_system_new(struct phys_newton_system *band, struct ph
     *band = (struct phys_newton_system){.hessian = hessian, .hold = hold};
     band->first = ((hold - 1) * degree + 1) * dof;
     band->n = last * dof - band->first;
-    band->free = hessian->free[0] || hessian->free[1];
+    band->free = hessian->ends;
+    band->folded = band->free && hessian->ends->n_relations > 0;
+    if (phys_end_space_new(&band->ends, hessian->ends, dof, error) != AD_OK)
+        return error->status;
     if (band->free) { /* all nodes, of which held() are left out */
         band->first = 0;
         band->n = (hessian->elements * degree + 1) * dof;
@@ -31,14 +34,16 @@ enum ad_status phys_newton_system_new(struct phys_newton_system *band, struct ph
     band->right = malloc(3 * band->n * sizeof *band->right);
     band->pivots = malloc(band->n * sizeof *band->pivots);
     band->scale = malloc(dof * sizeof *band->scale);
-    if (!band->right || !band->pivots || !band->scale)
+    band->free_part = malloc((band->folded ? 2 * dof + 1 : 1) * 2 * dof * sizeof(double));
+    if (!band->right || !band->pivots || !band->scale || !band->free_part)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu unknowns", band->n);
     return AD_OK;
 }
 
 void phys_newton_system_free(struct phys_newton_system *band)
 {
-    AD_FREE(band->matrix, band->right, band->pivots, band->scale);
+    AD_FREE(band->matrix, band->right, band->pivots, band->scale, band->free_part);
+    phys_end_space_free(&band->ends);
     phys_block_tridiagonal_free(&band->blocks);
     phys_reduced_free(&band->reduced);
 }
@@ -54,14 +59,40 @@ static size_t place(const struct phys_newton_system *band, size_t u)
     return (node % degree * h->dof + d) * (h->elements + 1) + node / degree;
 }
 
-/* Whether unknown u is one of an end that is given. */
+/* Whether unknown u is one of an end where coordinates move; then also which of them, [2 dof]. */
+static bool at_end(const struct phys_newton_system *band, size_t u, size_t *k)
+{
+    size_t dof = band->hessian->dof;
+    *k = u < dof ? u : 2 * dof + u - band->n;
+    return band->free && (u < dof || u + dof >= band->n);
+}
+
+/* The unknown that is coordinate k, [2 dof], of the ends. */
+static size_t end_unknown(const struct phys_newton_system *band, size_t k)
+{
+    return k < band->hessian->dof ? k : band->n - 2 * band->hessian->dof + k;
+}
+
+/* Whether it is one of an end that is given. */
 static bool held(const struct phys_newton_system *band, size_t u)
 {
     const struct phys_hessian *h = band->hessian;
-    if (!band->free || (u >= h->dof && u < band->n - h->dof))
-        return false;
-    const bool *free = h->free[u >= h->dof];
-    return !free || !free[h->order[u % h->dof]];
+    size_t k;
+    return at_end(band, u, &k) && !phys_end_moves(h->ends, u >= h->dof, h->order[u % h->dof]);
+}
+
+/* Of x [n] the part that may move. */
+static void project(const struct phys_newton_system *band, double *x)
+{
+    const size_t dof = band->hessian->dof;
+    double *ends = band->free_part + (band->folded ? 4 * dof * dof : 0);
+    if (!band->free)
+        return;
+    memcpy(ends, x, dof * sizeof *x);
+    memcpy(ends + dof, x + band->n - dof, dof * sizeof *x);
+    phys_end_space_project(&band->ends, band->hessian->order, ends);
+    memcpy(x, ends, dof * sizeof *x);
+    memcpy(x + band->n - dof, ends + dof, dof * sizeof *x);
 }
 
 static double scale(const struct phys_newton_system *band, size_t u)
@@ -75,6 +106,13 @@ void phys_newton_system_scale(struct phys_newton_system *band)
         double s = band->hessian->stiffness[band->hessian->order[k]];
         band->scale[k] = s > 0 ? 1 / sqrt(s) : 1;
     }
+    phys_end_space_scale(&band->ends, band->hessian->order, band->scale);
+    size_t n = 2 * band->hessian->dof;
+    for (size_t k = 0; band->folded && k < n; k++) {
+        double *column = memset(band->free_part + k * n, 0, n * sizeof *column);
+        column[k] = 1;
+        phys_end_space_project(&band->ends, band->hessian->order, column);
+    }
 }
 
 /* ---- solving ---- */
@@ -86,8 +124,10 @@ static void choose_order(struct phys_newton_system *band)
     const struct phys_hessian *h = band->hessian;
     size_t by_node = (h->table.degree + 1) * h->dof - 1;
     size_t by_coordinate = h->reach * (band->n / h->dof) + h->table.degree;
-    band->by_coordinate = by_coordinate < by_node;
-    band->width = band->by_coordinate ? by_coordinate : by_node;
+    band->by_coordinate = by_coordinate < by_node && !band->folded;
+    band->width = band->folded          ? (2 * h->table.degree + 2) * h->dof - 1
+                  : band->by_coordinate ? by_coordinate
+                                        : by_node;
     double width = (double)band->width;
     double operations = (band->damping > 0 ? 8 : 2) * (double)band->n * width * width;
     band->by_blocks = !band->free && ((band->damping > 0 && !band->by_coordinate) ||
@@ -126,8 +166,43 @@ static bool make_room(struct phys_newton_system *band, size_t parts)
 /* Row of unknown u in the matrix. */
 static size_t row_of(const struct phys_newton_system *band, size_t u)
 {
-    size_t dof = band->hessian->dof;
-    return band->by_coordinate ? u % dof * (band->n / dof) + u / dof : u;
+    size_t dof = band->hessian->dof, nodes = band->n / dof, node = u / dof;
+    if (band->folded)
+        return (node < (nodes + 1) / 2 ? 2 * node : 2 * (nodes - node) - 1) * dof + u % dof;
+    return band->by_coordinate ? u % dof * nodes + node : u;
+}
+
+static double *entry_of(struct phys_newton_system *band, size_t parts, size_t row, size_t col)
+{
+    return &band->matrix[parts * PHYS_BAND(band->width, row_of(band, row), row_of(band, col))];
+}
+
+/* Adds an entry of unknowns, of which at least one is at an end, to their projections. */
+static void add_projected(struct phys_newton_system *band, size_t parts, size_t row, size_t col,
+                          double x)
+{
+    const size_t n = 2 * band->hessian->dof;
+    const double *P = band->free_part;
+    size_t i, j;
+    const bool spreads[2] = {at_end(band, row, &i), at_end(band, col, &j)};
+    for (size_t a = 0; a < (spreads[0] ? n : 1); a++)
+        for (size_t b = 0; b < (spreads[1] ? n : 1); b++) {
+            double share = (spreads[0] ? P[i * n + a] : 1) * (spreads[1] ? P[j * n + b] : 1);
+            if (share != 0)
+                *entry_of(band, parts, spreads[0] ? end_unknown(band, a) : row,
+                          spreads[1] ? end_unknown(band, b) : col) += share * x;
+        }
+}
+
+/* 1 at the ends in the directions that are held. */
+static void hold_ends(struct phys_newton_system *band, size_t parts)
+{
+    const size_t n = band->free ? 2 * band->hessian->dof : 0;
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < n; j++)
+            if (band->folded || (i == j && held(band, end_unknown(band, i))))
+                *entry_of(band, parts, end_unknown(band, i), end_unknown(band, j)) +=
+                    (i == j) - (band->folded ? band->free_part[i * n + j] : 0);
 }
 
 /* D^-1 H D^-1 over the unknowns; of two parts, less i damping. */
@@ -142,22 +217,25 @@ static void fill(struct phys_newton_system *band, size_t parts)
             if (col >= band->n || held(band, col)) /* below the first it has wrapped around */
                 continue;
             double factor = band->scale[b % h->dof], entry;
-            size_t to = row_of(band, col), first, end, j = b % h->dof;
+            size_t to = row_of(band, col), first, end, k, j = b % h->dof;
             phys_hessian_coupled(h, j, &first, &end);
             for (size_t node = 0; node <= h->table.degree; node++)
                 for (size_t i = first; i < end; i++) {
                     size_t row = e * stride + node * h->dof + i - band->first;
                     entry = phys_hessian_entry(h, e, node, i, b / h->dof, j);
-                    if (row < band->n && entry != 0 && !held(band, row))
+                    entry *= factor * band->scale[i];
+                    if (row >= band->n || entry == 0 || held(band, row))
+                        continue;
+                    if (band->folded && (at_end(band, row, &k) || at_end(band, col, &k)))
+                        add_projected(band, parts, row, col, entry);
+                    else
                         band->matrix[parts * PHYS_BAND(band->width, row_of(band, row), to)] +=
-                            entry * factor * band->scale[i];
+                            entry;
                 }
         }
     for (size_t u = 0; parts == 2 && u < band->n; u++)
         band->matrix[2 * PHYS_BAND(band->width, u, u) + 1] = -band->damping;
-    for (size_t u = 0, row; band->free && u < band->n; u++)
-        if (held(band, u) && (row = row_of(band, u)) < band->n)
-            band->matrix[parts * PHYS_BAND(band->width, row, row)] = 1;
+    hold_ends(band, parts);
 }
 
 static bool factor_band(struct phys_newton_system *band)
@@ -185,7 +263,7 @@ static bool factor_blocks(struct phys_newton_system *band)
 /* Whether elements that are reduced serve for steps with the present damping. */
 static bool factor_elements(struct phys_newton_system *band)
 {
-    if (band->damping > 0 || !phys_reduced_serves(band->hessian))
+    if (band->damping > 0 || band->folded || !phys_reduced_serves(band->hessian))
         return false;
     return (band->reduced.element ||
             phys_reduced_new(&band->reduced, band->hessian, band->hold, band->scale)) &&
@@ -226,6 +304,7 @@ void phys_newton_system_step(struct phys_newton_system *band, const double *grad
     memset(step, 0, h->table.degree * h->dof * (h->elements + 1) * sizeof *step);
     for (size_t u = 0; u < band->n; u++)
         band->right[u] = -gradient[place(band, u)] * scale(band, u);
+    project(band, band->right);
     ad_blas_single_thread();
     if (band->by_elements)
         phys_reduced_solve(&band->reduced, band->right);
@@ -234,6 +313,7 @@ void phys_newton_system_step(struct phys_newton_system *band, const double *grad
     else
         solve_band(band, band->damping > 0 ? 2 : 1);
     ad_blas_threads();
+    project(band, band->right);
     for (size_t u = 0; u < band->n; u++)
         step[place(band, u)] = band->right[u] * scale(band, u);
 }
@@ -243,10 +323,11 @@ void phys_newton_system_step(struct phys_newton_system *band, const double *grad
 double phys_newton_system_norm(const struct phys_newton_system *band, const double *x)
 {
     double sum = 0;
-    for (size_t u = 0; u < band->n; u++) {
-        double scaled = x[place(band, u)] * scale(band, u);
-        sum += scaled * scaled;
-    }
+    for (size_t u = 0; u < band->n; u++)
+        band->right[u] = x[place(band, u)] * scale(band, u);
+    project(band, band->right);
+    for (size_t u = 0; u < band->n; u++)
+        sum += band->right[u] * band->right[u];
     return sqrt(sum);
 }
 

@@ -8,11 +8,16 @@
 
 #include "physics/path/blocks/block_tridiagonal.h"
 #include "physics/path/blocks/reduced_elements.h"
+#include "physics/path/ends.h"
 
 struct phys_newton_system {
     struct phys_hessian *hessian;
-    size_t hold;        /* slices at either end */
-    bool free;          /* coordinates at an end move, and some there may be held */
+    size_t hold; /* slices at either end */
+    bool free;   /* coordinates at an end move, and some there may be held */
+    bool folded; /* the ends are related: nodes from both ends in turn, in one band */
+    struct phys_end_space ends; /* what is free there, of scaled coordinates ... */
+    double *
+        free_part; /* ... as a projector [2 dof][2 dof] where they are related; then room [2 dof] */
     size_t first, n;    /* number of the first unknown among dof * nodes, and how many there are */
     size_t width;       /* diagonals on either side */
     bool by_coordinate; /* unknowns of the matrix by coordinate, then by node; else the other way */

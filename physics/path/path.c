@@ -86,17 +86,19 @@ static enum ad_status check_settings(const struct phys_solver *solver,
                        s->hold, s->slices);
     if (check_mesh(solver, s, error) != AD_OK)
         return error->status;
-    if (phys_free_ends(s) && (strcmp(solver->name, "newton") != 0 || s->hold > 1))
+    if (phys_free_ends(s) &&
+        ((solver != &phys_solver_newton && solver != &phys_solver_lbfgs) || s->hold > 1))
         return ad_fail(error, AD_E_ARGUMENT,
-                       "free coordinates at an end: expected solver newton and 1 slice held, got "
-                       "%s and %zu",
+                       "free coordinates at an end: expected solver newton or lbfgs and 1 slice "
+                       "held, got %s and %zu",
                        solver->name, s->hold);
     return AD_OK;
 }
 
 bool phys_free_ends(const struct phys_path_settings *settings)
 {
-    return settings->ends && (settings->ends->free[0] || settings->ends->free[1]);
+    const struct phys_ends *ends = settings->ends;
+    return ends && (ends->free[0] || ends->free[1] || ends->n_relations);
 }
 
 /* Constraints are known to newton alone, and hold at both ends. */
@@ -146,6 +148,9 @@ enum ad_status phys_path_check(const struct phys_solver *solver, const struct ph
 {
     enum ad_status status = check_settings(solver, settings, error);
     if (AD_LACKS(error, system, system->scene, path, info))
+        return error->status;
+    if (status == AD_OK &&
+        phys_ends_check(system, settings->ends, settings->slices, path, error) != AD_OK)
         return error->status;
     return status == AD_OK ? check_constraints(solver, system, settings, path, error) : status;
 }

@@ -54,8 +54,14 @@ struct phys_ends {
     size_t size;         /* sizeof(struct phys_ends) */
     const bool *free[2]; /* [dof]: coordinates of the first and of the last slice that are found,
                             too (their momentum there is then 0); NULL: none */
-    bool free_time;      /* phys_path_refine: the duration is found, too, ... */
-    double energy;       /* ... that of the path of this energy (phys_path_free_time) */
+    /* [n_relations][2 dof + 1] Linear relations that these coordinates keep: the coefficients of
+       the first slice and of the last, and the value of their sum. The momenta (-p, p) of both ends
+       are then 0 along the directions that are left. AD_E_ARGUMENT where one follows from others,
+       or contradicts them. */
+    size_t n_relations;
+    const double *relation;
+    bool free_time; /* phys_path_refine: the duration is found, too, ... */
+    double energy;  /* ... that of the path of this energy (phys_path_free_time) */
 };
 
 struct phys_path_settings {
@@ -69,7 +75,7 @@ struct phys_path_settings {
     double energy_weight; /* descents only: penalty on the change of energy ... */
     bool energy_local;    /* ... between slices instead of from the start */
     size_t hold;          /* slices held at either end; 0 means 1 */
-    const struct phys_ends *ends; /* newton; NULL: nothing is free */
+    const struct phys_ends *ends; /* newton, lbfgs; NULL: nothing is free */
     size_t adam_steps;       /* newton, lbfgs: Adam steps before; if newton then stalls it is tried
                                 without them */
     const double *reference; /* [dof x slices]: descents end at the step nearest to it, once the
@@ -303,8 +309,9 @@ struct phys_path_found {
                       path passes in one step: the grid alone may have it */
     double true_distance; /* from the motion from the path's own start, by another method ... */
     double true_known;    /* ... and the uncertainty of that motion */
-    double free_momentum; /* coordinates free at the end: the largest of their momenta there, on
-                             that motion, 0 but for the error of the path */
+    double free_momentum; /* coordinates free at the end: the largest of the momenta of both ends
+                             along the directions that are free, on that motion, 0 but for the error
+                             of the path */
     char no_motion[160];  /* why there is no such motion */
     double reference_distance; /* from settings->compare; NaN: there is none */
     double *force; /* [dof x slices] stationary, with constraints: the force that they exert, by the

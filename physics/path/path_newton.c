@@ -232,12 +232,12 @@ static enum ad_status iterate(struct phys_newton *s, double *path, struct phys_p
         return error->status;
     bool away = at.grad_norm > s->path.start_norm;
     if (away) {
-        memcpy(s->path.x, path, s->path.n * sizeof *path);
+        phys_path_program_place(&s->path, path);
         at = phys_path_program_run(&s->path, 0);
     }
     enum phys_stop stop = follow(s, &at);
     if (stop == PHYS_STOP_STALLED && s->path.settings->adam_steps > 0) {
-        memcpy(s->path.x, path, s->path.n * sizeof *path);
+        phys_path_program_place(&s->path, path);
         if (away && phys_path_program_adam(&s->path, error) != AD_OK)
             return error->status;
         at = phys_path_program_run(&s->path, at.step + 1);

@@ -24,7 +24,9 @@ enum ad_status phys_path_program_over(struct phys_path_program *p, const struct 
                                     .n = settings->rule->degree * system->dof * settings->slices};
     p->x = calloc(2 * p->n, sizeof *p->x);
     p->g = p->x + p->n;
-    return p->x ? AD_OK : ad_fail(error, AD_E_MEMORY, "out of memory for a path");
+    if (!p->x)
+        return ad_fail(error, AD_E_MEMORY, "out of memory for a path");
+    return phys_end_space_new(&p->ends, settings->ends, system->dof, error);
 }
 
 /* Zeros where the path is held. */
@@ -34,9 +36,8 @@ static void hold(const struct phys_path_settings *s, size_t dof, double *g)
     for (size_t end = 0; end < 2; end++)
         for (size_t k = 0; k <= (hold - 1) * degree; k++) {
             size_t node = end ? last - k : k;
-            const bool *free = s->ends ? s->ends->free[end] : NULL;
             for (size_t d = 0; d < dof; d++)
-                if (!(free && free[d]))
+                if (!phys_end_moves(s->ends, end, d))
                     g[(node % degree * dof + d) * s->slices + node / degree] = 0;
         }
 }

@@ -27,10 +27,8 @@ static ad_var hold_given(const struct phys_path_settings *settings, size_t dof, 
     for (size_t k = 0; k < n; k++)
         moves[k] = 1;
     for (size_t d = 0; d < dof; d++)
-        for (size_t end = 0; end < 2; end++) {
-            const bool *free = settings->ends->free[end];
-            moves[d * slices + end * (slices - 1)] = free && free[d];
-        }
+        for (size_t end = 0; end < 2; end++)
+            moves[d * slices + end * (slices - 1)] = phys_end_moves(settings->ends, end, d);
     ad_var mask = ad_const(g.tape, ad_rows(g), slices, moves);
     free(moves);
     return ad_select(mask, g, 0.0);
@@ -106,7 +104,8 @@ enum ad_status phys_path_program_new(struct phys_path_program *p, const struct p
         p->nearest = malloc(p->n * sizeof *p->nearest);
     if (!p->tape || (settings->reference && !p->nearest))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (record(p, error) != AD_OK)
+    if (phys_end_space_new(&p->ends, settings->ends, system->dof, error) != AD_OK ||
+        record(p, error) != AD_OK)
         return error->status;
     ad_set_threads(p->program, settings->threads > 1 ? settings->threads : 1);
     p->x = ad_data(p->program, p->action.path);
@@ -118,9 +117,15 @@ enum ad_status phys_path_program_new(struct phys_path_program *p, const struct p
     return AD_OK;
 }
 
-void phys_path_program_start(struct phys_path_program *p, const double *path)
+void phys_path_program_place(struct phys_path_program *p, const double *path)
 {
     memcpy(p->x, path, p->n * sizeof *path);
+    phys_end_space_meet_path(&p->ends, p->settings->slices, p->x);
+}
+
+void phys_path_program_start(struct phys_path_program *p, const double *path)
+{
+    phys_path_program_place(p, path);
     if (p->settings->energy_weight != 0) {
         ad_run(p->program);
         double start_energy = value(p, p->action.first_energy);
@@ -138,6 +143,7 @@ void phys_path_program_free(struct phys_path_program *p)
     ad_program_free(p->program);
     ad_program_free(p->measures);
     ad_tape_free(p->tape);
+    phys_end_space_free(&p->ends);
     free(p->nearest);
 }
 
@@ -203,6 +209,8 @@ struct phys_path_step phys_path_program_run(struct phys_path_program *p, size_t 
     struct phys_path_step at = run(p, step);
     if (p->surface)
         at.grad_norm = phys_surface_gradient(p->surface, p->x, p->g);
+    if (p->ends.n > 0)
+        at.grad_norm = phys_end_space_gradient(&p->ends, p->settings->slices, p->n, p->g);
     return at;
 }
 
@@ -299,6 +307,7 @@ void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
         stop = PHYS_STOP_REFERENCE;
     }
     memcpy(path, p->x, p->n * sizeof *p->x);
+    phys_end_space_meet_path(&p->ends, p->settings->slices, path); /* after many steps, too */
     *info = (struct phys_path_info){.stop = stop,
                                     .steps = found.step,
                                     .seconds = ad_now() - p->started - p->in_progress,

@@ -3,13 +3,14 @@
 #ifndef PHYSICS_PATH_PATH_PROGRAM_H
 #define PHYSICS_PATH_PATH_PROGRAM_H
 
-#include "internal.h"
+#include "ends.h"
 #include "physics/path/constrained/surface.h"
 
 struct phys_path_program {
     const struct phys_system *system;
     const struct phys_path_settings *settings;
     struct phys_hessian *hessian; /* evaluates the path instead of a tape of it; or NULL */
+    struct phys_end_space ends;   /* gradients of the ends lie in it */
     struct phys_surface *surface; /* gradients are tangential to the constraints; or NULL */
     ad_tape *tape;
     ad_program *program, *measures; /* measures: energies and the whole gradient, once needed */
@@ -40,6 +41,8 @@ struct phys_path_step phys_path_points_run(struct phys_path_program *p, size_t s
 /* Of the path run last. */
 void phys_path_points_measure(struct phys_path_program *p, struct phys_path_info *info);
 void phys_path_program_free(struct phys_path_program *p);
+/* The path is `path`, with ends that keep the relations between them. */
+void phys_path_program_place(struct phys_path_program *p, const double *path);
 /* The path is the start, and its energy the E0 of the penalty. */
 void phys_path_program_start(struct phys_path_program *p, const double *path);
 

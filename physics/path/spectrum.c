@@ -92,8 +92,9 @@ static const struct phys_spectrum unknown = {
 void phys_hessian_settings(struct phys_hessian *h, const struct phys_path_settings *settings)
 {
     h->mesh = settings->mesh;
-    for (size_t end = 0; settings->ends && end < 2; end++)
-        h->free[end] = settings->ends->free[end];
+    h->ends = phys_free_ends(settings) ? settings->ends : NULL;
+    for (size_t end = 0; h->ends && end < 2; end++)
+        h->free[end] = h->ends->free[end];
 }
 
 /* The Hessian of -S. */
@@ -104,17 +105,23 @@ static void negate(struct phys_hessian *h)
 }
 
 /* Fills h for coordinates in the common unit: beside eigenvalues of another unit those of one may
-   be zero within rounding. Tangent coordinates of a surface have the unit of the path. */
+   be zero within rounding. Tangent coordinates of a surface have the unit of the path. Makes `ends`
+   where they move. */
 static enum ad_status fill(struct phys_hessian *h, struct phys_surface *surface, const double *path,
-                           struct ad_error *error)
+                           struct phys_end_space *ends, struct ad_error *error)
 {
     phys_hessian_at(h, path, 0);
     if (surface && !h->stopped)
         phys_surface_reduce(surface, path);
     if (surface)
         return AD_OK;
-    double *unit = phys_hessian_units(h, path, error);
+    double *unit = phys_hessian_units(h, path, error); /* with room */
     size_t nodes = h->table.degree + 1;
+    if (unit && h->ends && phys_end_space_new(ends, h->ends, h->dof, error) == AD_OK) {
+        for (size_t k = 0; k < h->dof; k++)
+            unit[h->dof + k] = unit[h->order[k]];
+        phys_end_space_scale(ends, h->order, unit + h->dof);
+    }
     for (size_t e = 0; unit && e < h->elements; e++)
         for (size_t at = 0; at < nodes * h->side; at++) {
             size_t a = at / h->side, b = at % h->side / h->dof, j = at % h->dof;
@@ -132,7 +139,7 @@ static void count_directions(struct phys_inertia *c, struct phys_spectrum *spect
     ad_blas_single_thread();
     phys_inertia_masses(c, false);
     spectrum->index = phys_inertia_below(c, 0, spectrum);
-    if (c->hessian->free[0] || c->hessian->free[1])
+    if (c->hessian->ends)
         spectrum->n_conjugate = 0; /* they are of other fields: the end's own curvature counts */
     if (c->dof * c->hessian->table.degree <= CHEAP && c->largest > 0) {
         size_t k = spectrum->index;
@@ -150,17 +157,18 @@ static void count_directions(struct phys_inertia *c, struct phys_spectrum *spect
 
 static enum ad_status examine(struct phys_hessian *h, struct phys_surface *surface,
                               struct phys_inertia *c, const double *path,
-                              struct phys_spectrum *spectrum, struct ad_error *error)
+                              struct phys_end_space *ends, struct phys_spectrum *spectrum,
+                              struct ad_error *error)
 {
     struct phys_hessian *of = surface ? &surface->tangent : h;
-    if (fill(h, surface, path, error) != AD_OK)
+    if (fill(h, surface, path, ends, error) != AD_OK)
         return error->status;
     if (h->stopped)
         return ad_fail(error, AD_E_ACCURACY, "interrupted");
     spectrum->legendre = phys_hessian_definite(h, &spectrum->not_definite);
     if (spectrum->legendre == PHYS_NEGATIVE)
         negate(of);
-    if (!phys_inertia_new(c, of))
+    if (!phys_inertia_new(c, of, ends))
         return ad_fail(error, AD_E_MEMORY, "out of memory for the inertia");
     if (!isfinite(c->largest))
         return ad_fail(error, AD_E_NONFINITE, "second derivatives of the action are not finite");
@@ -176,12 +184,14 @@ enum ad_status phys_hessian_spectrum(struct phys_hessian *h, struct phys_surface
                                      struct ad_error *error)
 {
     struct phys_inertia c = {0};
+    struct phys_end_space ends = {0};
     *spectrum = unknown;
     if (phys_hessian_keep_mass(h))
-        examine(h, surface, &c, path, spectrum, error);
+        examine(h, surface, &c, path, &ends, spectrum, error);
     else
         ad_fail(error, AD_E_MEMORY, "out of memory for the mass matrices");
     phys_inertia_free(&c);
+    phys_end_space_free(&ends);
     free(h->mass);
     h->mass = NULL;
     return error->status;
@@ -192,11 +202,12 @@ bool phys_hessian_confirms(struct phys_hessian *h, struct phys_surface *surface,
 {
     struct phys_hessian *of = surface ? &surface->tangent : h;
     struct phys_inertia c = {0};
+    struct phys_end_space ends = {0};
     bool same = true;
-    fill(h, surface, path, error);
+    fill(h, surface, path, &ends, error);
     if (spectrum->legendre == PHYS_NEGATIVE)
         negate(of);
-    if (error->status != AD_OK || !phys_inertia_new(&c, of)) {
+    if (error->status != AD_OK || !phys_inertia_new(&c, of, &ends)) {
         ad_fail(error, AD_E_MEMORY, "out of memory for the inertia");
     } else if (!isfinite(c.largest)) {
         same = false;
@@ -212,6 +223,7 @@ bool phys_hessian_confirms(struct phys_hessian *h, struct phys_surface *surface,
     if (c.lost)
         ad_fail(error, AD_E_MEMORY, "out of memory for the inertia of the path");
     phys_inertia_free(&c);
+    phys_end_space_free(&ends);
     if (of->stopped)
         ad_fail(error, AD_E_ACCURACY, "interrupted");
     return same;

@@ -83,6 +83,7 @@ enum ad_status phys_path_program_adam(struct phys_path_program *p, struct ad_err
         memcpy(kept, p->x, p->n * sizeof *kept);
         if (step < p->settings->adam_steps)
             ad_optimiser_step(o, p->x, p->g);
+        phys_end_space_meet_path(&p->ends, p->settings->slices, p->x);
     }
     free(kept);
     ad_optimiser_free(o);

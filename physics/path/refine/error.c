@@ -8,6 +8,7 @@
    sign, and r mean nothing: an estimate that is small enough is raised to the distance from the
    path of a rule of higher order on the same slices, if it is less. */
 #include "internal.h"
+#include "physics/path/ends.h"
 #include "physics/path/grid_independence.h"
 
 #include <float.h>
@@ -95,8 +96,8 @@ bool phys_climb_verified(struct phys_climb *c, struct phys_level *level, struct 
     if (close && spectrum->undetermined)
         ad_fail(error, AD_E_ACCURACY,
                 "error %g cannot be verified: an eigenvalue of the second variation is zero within "
-                "its error, so that the path may lie elsewhere; try other ends, or another time",
-                c->tolerance);
+                "its error, so that the path may lie elsewhere; %s",
+                c->tolerance, phys_ends_advice(c->to->settings->ends));
     bool exists = true;
     if (close && error->status == AD_OK && c->doubted)
         phys_path_grid_independent(c->system, c->to->settings, c->here.path, &exists, error);

@@ -1,5 +1,6 @@
 /* One level of a refinement: its elements, its start, and its path. */
 #include "internal.h"
+#include "physics/path/ends.h"
 #include "physics/path/mesh.h"
 
 #include <stdlib.h>
@@ -59,7 +60,7 @@ static enum ad_status begin(struct phys_climb *c, struct ad_error *error)
         return ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", n);
     for (size_t k = 0; k < dof; k++)
         for (size_t end = 0; end < 2; end++)
-            if (!(settings->ends && settings->ends->free[end] && settings->ends->free[end][k]))
+            if (!phys_end_moves(settings->ends, end, k))
                 stage->start[k * n + end * (n - 1)] = c->guess[k * m + end * (m - 1)];
     memcpy(stage->path, stage->start, bytes);
     settings->rule = stage->grid.rule;

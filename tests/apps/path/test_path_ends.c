@@ -82,6 +82,38 @@ static void a_free_coordinate(void **state)
     assert_close(shell_number("value"), 0.5 / cos(0.9), 0, 1e-8);
 }
 
+/* x(T) = 1 - x(0): x = cos(t - T / 2) / (2 cos(T / 2)); by every rule that comes near. */
+static void a_relation(void **state)
+{
+    (void)state;
+    static const char *const how[] = {"--tol 1e-8", "--rule gauss4", "--rule gauss2 --solver lbfgs",
+                                      "--rule gauss3 --init ode"};
+    double ends[2], time;
+    for (size_t k = 0; k < sizeof how / sizeof *how; k++) {
+        shell_works("$LA path spring --relate 'q(T)=-q(0)+1' --time 1.4 %s --csv found.csv --json",
+                    how[k]);
+        assert_true(shell_number("free_momentum") < 1e-5);
+        read_ends(1, ends, &time);
+        assert_close(ends[0], 0.5, 0, 1e-5);
+        assert_close(ends[1], 1 - ends[0], 1e-15, 1e-15);
+    }
+    shell_works("$LA path kepler --start y=0 --relate 'x(T)=-.5*x(0),y(T)-pi/2*x(0)=1e-1-.1' "
+                "--time 3 --tol 1e-9 --csv found.csv --json");
+    assert_true(shell_number("free_momentum") < 1e-7);
+    double two[4];
+    read_ends(2, two, &time);
+    assert_true(two[1] == 0);
+    assert_close(two[2], -.5 * two[0], 1e-14, 0);
+    assert_close(two[3], M_PI / 2 * two[0], 1e-14, 0);
+    assert_int_equal(shell("$LA path pendulum --set l=1 --relate 'theta(T)=theta(0)+2pi' --time 5 "
+                           "--tol 1e-6"),
+                     1); /* one of a family that is shifted in time */
+    shell_works("$LA path pendulum --set l=1 --start theta=0 --relate 'theta(T)=theta(0)+2pi' "
+                "--time 5 --tol 1e-6");
+    assert_int_equal(shell("$LA path spring --relate 'q(T)=--2'"), 2);
+    assert_int_equal(shell("$LA path spring --relate 'q(T)=q(0)' --all"), 2);
+}
+
 /* Upwards with energy E to a height: v0 - v1, by all rules but left to rounding; free in height,
    too, it stops at the top. */
 static void a_free_time(void **state)
@@ -137,6 +169,7 @@ int main(void)
         cmocka_unit_test_setup(ends_stand, shell_empty),
         cmocka_unit_test_setup(ends_from_elsewhere, shell_empty),
         cmocka_unit_test_setup(a_free_coordinate, shell_empty),
+        cmocka_unit_test_setup(a_relation, shell_empty),
         cmocka_unit_test_setup(a_free_time, shell_empty),
         cmocka_unit_test_setup(no_motion_is_needed, shell_empty),
         cmocka_unit_test_setup(a_coordinate_named_t, shell_empty),
