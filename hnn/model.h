@@ -34,7 +34,7 @@ enum hnn_start {
     HNN_HE          /* normal, variance 2/inputs */
 };
 
-enum { HNN_LAYERS_MOST = 16, HNN_ROLLOUT_MOST = 1 << 16 };
+enum { HNN_LAYERS_MOST = 16, HNN_ROLLOUT_MOST = 1 << 16, HNN_INPUTS_MOST = 32 };
 
 /* A network of the caller's own in place of the perceptrons. Files of its models keep `name` and
    the parameters; the function stays with the program. */
@@ -78,6 +78,14 @@ struct hnn_settings {
        -V/E and the upper triangle of M by rows; L = E (|u|^2/2 + u M u/2) - V, u = v/scale. Not
        with `network`. */
     bool quadratic;
+    /* m, up to HNN_INPUTS_MOST: rows of x behind the state, of which the field has no derivative:
+       time, parameters, controls. x is then [(2n + m) x samples] wherever a model takes it, rates
+       are [2n x samples]. The networks see them but for the last `controls`, which are forces u:
+       dp/dt (of a Lagrangian model, of L_v) has + G u besides, G [n x controls] learnt, and what
+       has an H, the field without them. For states alone, not with `network`. */
+    size_t inputs, controls;
+    bool time; /* the first input is the time; inputs of a Lagrangian model that are neither this
+                  nor controls are constant along a motion */
 };
 
 /* As published: 200 and 200 units, tanh, orthogonal, symplectic, f32, seed 0. */
@@ -135,9 +143,9 @@ void hnn_model_set_parameters(hnn_model *model, const void *parameters);
 
 /* One matrix or vector of the parameters: "linear1.weight" [out x in], "linear1.bias" [out x 1];
    with the prefix "kinetic.", "potential." or "dissipation." where there are several networks. The
-   last map has no bias. Those of an hnn_network are "network.parameters" [size]. With an
-   autoencoder all these have the prefix "hnn."; its own maps are "autoencoder.linear1" to
-   "autoencoder.linear4", which encode, and 5 to 8, which decode. */
+   last map has no bias. G of controls is "control.linear1.weight". Those of an hnn_network are
+   "network.parameters" [size]. With an autoencoder all these have the prefix "hnn."; its own maps
+   are "autoencoder.linear1" to "autoencoder.linear4", which encode, and 5 to 8, which decode. */
 struct hnn_block {
     char name[40];
     bool bias;
@@ -146,19 +154,20 @@ struct hnn_block {
 /* The blocks [*n] of a model, in the order of the flat vector; they live as long as the model. */
 const struct hnn_block *hnn_model_blocks(const hnn_model *model, size_t *n);
 
-/* Normalises the networks: their input becomes (x - centre)/scale, their output is scaled to the
-   size of `rate`; [2n] each, positive except centre. It is part of the model from then on; the
-   field is still that of a Hamiltonian in x. Losses are then of rates in units of `rate`. */
+/* Normalises the networks: their input becomes (x - centre)/scale, [2n + m] each, controls u/scale;
+   their output is scaled to the size of `rate` [2n]; all are positive except centre. It is part of
+   the model from then on; the field is still that of a Hamiltonian in x. Losses are then of rates
+   in units of `rate`. */
 enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const double *scale,
                                    const double *rate, struct ad_error *error);
 
-/* The range of training: least and largest value of every component of the state, and of H (NaN
-   where the model has none). */
+/* The range of training: least and largest value of every component of the state, of every input,
+   and of H (NaN where the model has none). */
 struct hnn_range {
-    const double *low, *high; /* [2n + 1], H last */
+    const double *low, *high; /* [2n + m + 1], H last */
 };
-/* Sets the range from states x [2n x n], that of H from some thousands of them. Training does this
-   itself; for pixels from the latent states of some thousands of its observations. Part of the
+/* Sets the range from states x [(2n + m) x n], that of H from some thousands of them. Training does
+   this itself; for pixels from the latent states of some thousands of its observations. Part of the
    model from then on. AD_E_MEMORY. */
 enum ad_status hnn_model_see(hnn_model *model, size_t n, const double *x, struct ad_error *error);
 /* The range; low is NULL if there is none. Valid until hnn_model_see or the model is freed. */
@@ -183,8 +192,8 @@ struct hnn_record {
     ad_var energy;      /* H [1 x samples]; tape NULL where the model has none */
     ad_var dissipation; /* D [1 x samples]; likewise */
 };
-/* Records the model at states x [2n x samples] with parameters [1 x hnn_model_size], on a tape of
-   any precision. Errors stay in the tape. */
+/* Records the model at states x [(2n + m) x samples] with parameters [1 x hnn_model_size], on a
+   tape of any precision. Errors stay in the tape. */
 struct hnn_record hnn_model_record(const hnn_model *model, ad_var parameters, ad_var x);
 
 /* ---- evaluating a model ---- */
@@ -192,12 +201,13 @@ struct hnn_record hnn_model_record(const hnn_model *model, ad_var parameters, ad
 /* Precision of the evaluations below; AD_F64 unless set, whatever the precision of the parameters.
    An unknown type changes nothing. */
 void hnn_model_evaluate_in(hnn_model *model, enum ad_type type);
-/* rate [2n] at one state x [2n]. AD_E_MEMORY, AD_E_ARGUMENT; AD_E_NONFINITE if x is not finite. */
+/* rate [2n] at one state x [2n + m]. AD_E_MEMORY, AD_E_ARGUMENT; AD_E_NONFINITE if x is not finite.
+ */
 enum ad_status hnn_model_field(hnn_model *model, const double *x, double *rate);
-/* H at one state x [2n]; NaN if the model has none. */
+/* H at one state x [2n + m]; NaN if the model has none. */
 double hnn_model_energy(hnn_model *model, const double *x);
-/* rate [2n x samples] and H [1 x samples] at x [2n x samples]; either may be NULL. AD_E_NONFINITE
-   names the first coordinate and sample that is not finite. */
+/* rate [2n x samples] and H [1 x samples] at x [(2n + m) x samples]; either may be NULL.
+   AD_E_NONFINITE names the first coordinate and sample that is not finite. */
 enum ad_status hnn_model_evaluate(hnn_model *model, size_t samples, const double *x, double *rate,
                                   double *energy, struct ad_error *error);
 /* L_vv of a Lagrangian model, its rows and columns scaled to a largest element of 1. */
@@ -208,11 +218,29 @@ struct hnn_mass {
        singular somewhere between two of the states. */
     size_t negative_least, negative_most;
 };
-/* Over states x [2n x n]. AD_E_ARGUMENT for other models. */
+/* Over states x [(2n + m) x n]. AD_E_ARGUMENT for other models. */
 enum ad_status hnn_model_mass(const hnn_model *model, size_t n, const double *x,
                               struct hnn_mass *mass, struct ad_error *error);
+/* What gives the inputs of a model along a motion. */
+struct hnn_drive {
+    /* u [m] at time t, the time among them. AD_E_INPUT where they are not known. */
+    enum ad_status (*at)(void *context, double t, double *u, struct ad_error *error);
+    void *context; /* of the caller; outlives its use by the model */
+    bool constant; /* no input but the time depends on t */
+};
+/* From now on the model's motions have these inputs; NULL: none, or the time alone. Copied. */
+void hnn_model_drive(hnn_model *model, const struct hnn_drive *drive);
+/* H is the same along motions: one without time, controls and changing inputs. */
+bool hnn_model_conserves(const hnn_model *model);
+/* The inputs u [m] at time t. AD_E_ARGUMENT for those that nothing gives. */
+enum ad_status hnn_model_inputs(const hnn_model *model, double t, double *u,
+                                struct ad_error *error);
+/* The name of input k, as hnn_model_component by the note "inputs"; else u1, u2, ... */
+void hnn_model_input(const hnn_model *model, size_t k, char *name, size_t size);
+
 /* The model as a vector field for phys_simulate, y = (q, p) or (q, v): canonical if the field is
-   symplectic, with kick and drift if H separates. The model must outlive it. */
+   symplectic, with kick and drift if H separates. The model must outlive it. AD_E_ARGUMENT for a
+   model with inputs that nothing gives (hnn_model_drive). */
 enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_error *error);
 
 /* ---- a model as a scene ---- */
@@ -221,7 +249,7 @@ enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_e
    L that goes with H of a symplectic one, p = L_v being its momenta. It starts in the middle of its
    range of training (parameters NAME0 and v_NAME0); units are the data's. The L is NaN where H_p(q,
    p) = v has no solution near the range. AD_E_INPUT for models without L or H: baselines, other
-   fields, learnt dissipation, relu, pixels; for over 32 coordinates. */
+   fields, learnt dissipation, relu, pixels, inputs; for over 32 coordinates. */
 enum ad_status hnn_system_open(const char *name, struct phys_system *system,
                                struct ad_error *error);
 /* The model of such a system, which owns it; NULL: another scene. */

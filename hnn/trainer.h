@@ -11,10 +11,11 @@ AD_HEADER_BEGIN
 
 /* Training samples: states x [2n x n] and rates [2n x n]; or, for the loss on rollouts of K steps,
    targets [K*2n x n], rows (k-1)*2n ... being the state k steps after x, with step lengths `steps`
-   [K x n]; NULL: hnn_training.dt. Of rates by forward differences `steps` [n] are their lengths,
-   for the check that velocities are the rates of coordinates. Models of pixels learn from
-   contiguous frames of `frame` pixels: sample k is the observation that begins with frame first[k],
-   its target the one a frame later.
+   [K x n]; NULL: hnn_training.dt. Behind the states x has m rows of the model's inputs there;
+   of rollouts then K times m, after each step. Of rates by forward differences `steps` [n] are
+   their lengths, for the check that velocities are the rates of coordinates. Models of pixels learn
+   from contiguous frames of `frame` pixels: sample k is the observation that begins with frame
+   first[k], its target the one a frame later.
 
    Each of many ranks (hnn_training.ranks) may hold a part of the states and rates, no less than
    hnn_samples_share: samples begin to end - 1, in arrays of as many columns. end 0: all. */
@@ -99,6 +100,8 @@ struct hnn_training {
      */
     struct ad_ranks *ranks;
     enum hnn_stepping stepping; /* of `rollout` */
+    bool hold; /* of `rollout`: inputs of the model but the time hold from state to state; false:
+                  they are linear between */
 };
 /* As published: adam, constant, 2000 steps, full batch, rate 1e-3, weight decay 1e-4; except for
    the average over the last tenth of the steps, where published models have their last weights. */

@@ -59,8 +59,13 @@ static enum ad_status choose(const struct field_options *o, struct field *f, str
 {
     if (o->grid < 2 || o->grid > 4096)
         return ad_fail(error, AD_E_ARGUMENT, "--grid %zu: expected 2 to 4096", o->grid);
-    if (hnn_model_load(o->common.argument[0], &f->model, error) != AD_OK ||
-        hnn_model_ode(f->model, &f->ode, error) != AD_OK)
+    if (hnn_model_load(o->common.argument[0], &f->model, error) != AD_OK)
+        return error->status;
+    if (hnn_model_settings(f->model)->inputs)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "%s: has inputs, which a field here has none of; try leastaction rollout",
+                       o->common.argument[0]);
+    if (hnn_model_ode(f->model, &f->ode, error) != AD_OK)
         return error->status;
     f->states = f->ode.n;
     f->n = o->grid;

@@ -14,6 +14,8 @@ struct rollout_options {
     const char *x0, *truth, *state, *time_column, *trial, *energy, *against, *integrator;
     double time, from, strength, dt, rtol, add_energy, at;
     size_t points, starts;
+    const char *inputs, *interpolation;
+    struct settings fix;
     bool reverse, skip_missing;
     size_t skip_rows;
 };
@@ -32,6 +34,8 @@ struct rollout_model {
     hnn_model *model;
     struct phys_ode ode;
     struct hnn_path path;
+    struct hnn_inputs inputs;
+    struct hnn_path table; /* of --inputs */
     struct hnn_rollout_info info;
     double energy_mse, energy_mse_model, coordinate_mse, conserved_drift;
     struct hnn_score score; /* of --starts */
@@ -112,6 +116,14 @@ void rollout_report_models(struct report *report, size_t n_rows, const struct ro
 enum ad_status rollout_add_model(struct rollout_model models[], size_t *n, const char *file,
                                  hnn_model *model, struct ad_error *error);
 void rollout_free_models(size_t n, struct rollout_model models[]);
+/* The columns that a model's inputs are, in a file, but for the time and what --fix gives; NULL:
+   none. To be freed. */
+char *rollout_input_columns(const struct rollout_options *options, const hnn_model *model);
+/* What gives the model its inputs, from --fix, --inputs or the truth's file (rollout_inputs.c). */
+enum ad_status rollout_give_inputs(struct rollout_run *run, struct rollout_model *model,
+                                   struct ad_error *error);
+/* Names of --fix that are an input of no model. */
+enum ad_status rollout_check_fixed(const struct rollout_run *run, struct ad_error *error);
 /* Says which of several failed. */
 enum ad_status rollout_name_cause(const char *what, struct ad_error *error);
 

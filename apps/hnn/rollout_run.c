@@ -56,7 +56,8 @@ static enum ad_status measure_as_published(const struct rollout_run *run, struct
 
 static void measure_path(const struct rollout_run *run, struct rollout_model *m)
 {
-    m->conserved_drift = hnn_energy_drift(&m->ode, &m->path, &run->settings);
+    if (hnn_model_conserves(m->model))
+        m->conserved_drift = hnn_energy_drift(&m->ode, &m->path, &run->settings);
     if (run->truth.n) {
         m->coordinate_mse = hnn_path_mse(&m->path, &run->truth);
         m->energy_mse_model = hnn_energy_mse(&m->ode, &m->path, &run->truth);
@@ -119,7 +120,8 @@ static enum ad_status average_starts(struct rollout_run *run, struct ad_error *e
         m->energy_mse = m->score.energy_mse;
         m->energy_mse_model = m->score.energy_mse_model;
         m->coordinate_mse = m->score.coordinate_mse;
-        m->conserved_drift = m->score.conserved_drift;
+        if (hnn_model_conserves(m->model))
+            m->conserved_drift = m->score.conserved_drift;
         m->info = (struct hnn_rollout_info){.evaluations = m->score.evaluations,
                                             .seconds = m->score.seconds,
                                             .reversal_error = NAN};

@@ -28,8 +28,8 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
         {many && (o->x0 || o->reverse || adds || c->out || c->csv || c->plot),
          "--starts: expected no --x0, --reverse, --add-energy, --out, --csv or --plot"},
         {o->energy && !o->truth, "--energy needs --truth FILE"},
-        {(o->state || o->time_column || o->trial || !isnan(o->from) || o->skip_missing ||
-          o->skip_rows) &&
+        {((o->time_column && !o->inputs) || o->state || o->trial || !isnan(o->from) ||
+          o->skip_missing || o->skip_rows) &&
              !o->truth,
          "--state, --time-column, --trial, --from, --skip-missing and --skip-rows need --truth "
          "FILE"},
@@ -71,8 +71,12 @@ enum ad_status rollout_add_model(struct rollout_model models[], size_t *n, const
     m->energy_mse = m->energy_mse_model = m->coordinate_mse = m->conserved_drift = NAN;
     m->score.energy_mse_published = m->energy_before = m->energy_after = NAN;
     m->motion = (struct hnn_latent_motion){NAN, NAN, NAN, NAN, HNN_MOTION_AS_DATA};
-    if ((!model && hnn_model_load(file, &m->model, error) != AD_OK) ||
-        hnn_model_ode(m->model, &m->ode, error) != AD_OK)
+    if (!model && hnn_model_load(file, &m->model, error) != AD_OK)
+        return error->status;
+    const struct hnn_drive drive = {hnn_inputs_at, &m->inputs, false};
+    if (hnn_model_settings(m->model)->inputs)
+        hnn_model_drive(m->model, &drive); /* for rollout_give_inputs */
+    if (hnn_model_ode(m->model, &m->ode, error) != AD_OK)
         return error->status;
     size_t pixels = hnn_model_settings(m->model)->pixels;
     size_t first = hnn_model_settings(models[0].model)->pixels;
@@ -94,6 +98,7 @@ void rollout_free_models(size_t n, struct rollout_model models[])
     for (struct rollout_model *m = models; m < models + n; m++) {
         AD_FREE(m->strip.pixels, m->strip.energy);
         hnn_path_free(&m->path);
+        hnn_path_free(&m->table);
         phys_ode_free(&m->ode);
         hnn_model_free(m->model);
     }
@@ -152,7 +157,11 @@ static enum ad_status read_truth(struct rollout_run *run, struct ad_error *error
     if (!s.time)
         return ad_fail(error, AD_E_ARGUMENT, "--truth %s: expected --time-column COLUMN with it",
                        o->truth);
-    if (hnn_path_read(&s, from, time, &run->truth, error) != AD_OK)
+    char *columns = rollout_input_columns(o, run->model[0].model);
+    s.inputs = columns && *columns && !o->inputs ? columns : NULL;
+    hnn_path_read(&s, from, time, &run->truth, error);
+    free(columns);
+    if (error->status != AD_OK)
         return error->status;
     if (run->truth.states != run->model[0].ode.n)
         return ad_fail(error, AD_E_ARGUMENT, "%s: %zu columns of state, the model has %zu",
@@ -195,7 +204,8 @@ static enum ad_status find_truth(struct rollout_run *run, struct ad_error *error
     run->task = hnn_task_find(o->truth, &not_one);
     bool data = !run->task && is_data(o->truth), scene = !run->task && !data;
     const struct unused unused[] = {
-        {!data, "state time-column trial from skip-missing skip-rows", "needs --truth FILE"},
+        {!data, "state trial from skip-missing skip-rows", "needs --truth FILE"},
+        {!data && !o->inputs, "time-column", "needs --truth FILE"},
         {data, "points", "is not for --truth FILE, whose rows are the outputs"},
         {!run->task && !o->energy, "strength", "needs a task: --truth TASK or --energy TASK"},
     };
@@ -291,6 +301,11 @@ enum ad_status rollout_setup(const struct rollout_options *options, hnn_model *m
         return ad_fail(error, AD_E_ARGUMENT,
                        "--against %s: one model has states of momenta, the other of velocities",
                        options->against);
+    for (size_t k = 0; k < run->n_models; k++)
+        if (rollout_give_inputs(run, &run->model[k], error) != AD_OK)
+            return error->status;
+    if (rollout_check_fixed(run, error) != AD_OK)
+        return error->status;
     return options->starts == OPTION_NO_COUNT ? choose_start(run, error) : AD_OK;
 }
 

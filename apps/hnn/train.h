@@ -21,7 +21,8 @@ struct train_options {
     size_t skip_rows;
     const char *test, *split;
     double test_fraction;
-    const char *optimiser, *schedule, *batch, *stepping;
+    const char *optimiser, *schedule, *batch, *stepping, *inputs, *controls;
+    bool hold;
     size_t steps, rollout, every, patience;
     double learning_rate, weight_decay, momentum, average, dt, clip;
     const char *log, *from;

@@ -21,7 +21,7 @@ enum { MASS_SAMPLES = 4096 };
 enum ad_status train_mass(struct train_run *run, struct ad_error *error)
 {
     size_t n = run->train.n, few = n < MASS_SAMPLES ? n : MASS_SAMPLES, stride = n / few;
-    size_t states = 2 * hnn_model_settings(run->model)->dof;
+    size_t states = 2 * hnn_model_settings(run->model)->dof + run->data.inputs;
     if (!lagrangian(run))
         return AD_OK;
     double *some = malloc(states * few * sizeof *some);
@@ -78,6 +78,10 @@ static void report_columns(const struct train_run *run, struct report *report)
     if (!*d->rate_names)
         report_line(report, "  %-24s %s", "rates",
                     run->settings.rollout ? "none, rollouts" : "by differences over time");
+    if (d->inputs) {
+        report_text(report, "inputs", "inputs", d->input_names);
+        report_count(report, "controls", d->controls ? "  controls, the last" : NULL, d->controls);
+    }
     report_count(report, "trajectories", d->trials_by_time ? "trajectories by time" : NULL,
                  d->trials);
     report_count(report, "gaps", d->gaps ? "gaps in time" : NULL, d->gaps);

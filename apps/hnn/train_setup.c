@@ -90,6 +90,9 @@ static enum ad_status model_settings(const struct train_run *run, struct hnn_set
     s->dissipation = o->dissipation;
     s->quadratic = o->quadratic;
     s->seed = o->common.seed;
+    s->inputs = run->data.inputs;
+    s->controls = run->data.controls;
+    s->time = run->data.timed;
     if (s->layers < 1 || s->layers > HNN_LAYERS_MOST)
         return ad_fail(error, AD_E_ARGUMENT, "--layers: expected 1 to %d, got %zu", HNN_LAYERS_MOST,
                        s->layers);
@@ -105,6 +108,8 @@ static enum ad_status note_all(const struct train_run *run, struct ad_error *err
         const char *name, *text;
     } note[] = {{"state", run->data.state_names},
                 {"rate", run->data.rate_names},
+                {"inputs", run->data.input_names},
+                {"interpolation", o->hold ? "hold" : NULL},
                 {"unit", o->unit},
                 {"data", o->common.argument[0]},
                 {"test", o->test}};
@@ -149,6 +154,13 @@ static enum ad_status load_model(struct train_run *run, struct ad_error *error)
     if (s->dof != run->data.dof)
         return ad_fail(error, AD_E_ARGUMENT, "--from %s: expected data of %zu coordinates, got %zu",
                        file, s->dof, run->data.dof);
+    const char *inputs = hnn_model_noted(run->model, "inputs"), *now = run->data.input_names;
+    if (strcmp(inputs ? inputs : "", now) != 0 || s->controls != run->data.controls ||
+        s->time != run->data.timed)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--from %s: its inputs are '%s', %zu of them controls, those of the data "
+                       "'%s', %zu",
+                       file, inputs ? inputs : "", s->controls, now, run->data.controls);
     return check_order(run, error);
 }
 
@@ -168,6 +180,11 @@ static enum ad_status make_model(struct train_run *run, struct ad_error *error)
         hnn_model_new(&settings, &run->model, error);
     if (error->status != AD_OK)
         return error->status;
+    if (run->data.varied && hnn_model_settings(run->model)->kind == HNN_LAGRANGIAN)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--inputs %s: of lnn they are parameters, constant in a trajectory, or the "
+                       "--time; forces are --controls",
+                       run->data.input_names);
     if (o->normalise && hnn_dataset_normalise(&run->data, run->model, error) != AD_OK)
         return error->status;
     if (run->pixels && train_note_frames(run, error) != AD_OK)
@@ -205,6 +222,8 @@ static enum ad_status read_data(struct train_run *run, struct ad_error *error)
                                          isnan(o->test_fraction) ? 0 : o->test_fraction,
                                      .split = (enum hnn_split)split,
                                      .seed = o->common.seed,
+                                     .inputs = o->inputs,
+                                     .controls = o->controls,
                                      .ranks = shares(o) ? o->common.ranks : NULL};
     if (hnn_dataset_read(&s, &run->data, error) == AD_OK) {
         run->train = run->data.train;
@@ -247,6 +266,7 @@ static enum ad_status training_settings(struct train_run *run, struct ad_error *
     s->clip = option_number_or(o->clip, 0);
     s->rollout = o->rollout;
     s->stepping = (enum hnn_stepping)stepping;
+    s->hold = o->hold;
     s->dt = run->data.dt;
     s->patience = option_count_or(o->patience, 0);
     s->seed = o->common.seed;
@@ -272,7 +292,8 @@ static enum ad_status refuse_unused(const struct train_run *run, struct ad_error
         {!o->from && !strstr(o->model, "hnn"), "field",
          "is of models with an H, not of a baseline or lnn"},
         {isnan(o->test_fraction) && !run->pixels, "split", "needs --test-fraction"},
-        {!o->rollout, "dt stepping", "needs --rollout"},
+        {!o->rollout, "dt stepping hold", "needs --rollout"},
+        {!run->data.inputs, "hold", "needs --inputs or --controls"},
         {!differences, "differences", "is for rates by differences; here are others"},
         {strcmp(o->optimiser, "sgd") != 0, "momentum", "needs --optimiser sgd"},
         {strcmp(o->optimiser, "lbfgs") == 0, "lr schedule average clip",

@@ -54,7 +54,7 @@ static enum ad_status check_settings(const struct hnn_dataset_settings *s, struc
 /* Rows of states and rates, and what is to be summed of each. */
 struct moments {
     const struct hnn_samples *samples;
-    size_t components, held, rows;
+    size_t x_rows, held, rows;
     const double *mean; /* [rows]; NULL: sums of the values, else of squares about it */
 };
 
@@ -62,9 +62,8 @@ static void add_moments(void *context, size_t k, double *sum)
 {
     const struct moments *m = context;
     for (size_t r = 0; r < m->rows; r++) {
-        bool state = r < m->components;
-        const double *row = state ? m->samples->x + r * m->held
-                                  : m->samples->target + (r - m->components) * m->held;
+        const double *row = r < m->x_rows ? m->samples->x + r * m->held
+                                          : m->samples->target + (r - m->x_rows) * m->held;
         sum[r] += m->mean ? (row[k] - m->mean[r]) * (row[k] - m->mean[r]) : row[k];
     }
 }
@@ -76,10 +75,11 @@ static enum ad_status measure_scales(const struct hnn_dataset_settings *s,
                                      struct hnn_dataset *dataset, struct ad_error *error)
 {
     const struct hnn_samples *train = &dataset->train;
-    const size_t n = 2 * dataset->dof, rows = s->rollout ? n : 2 * n;
-    struct moments m = {train, n, hnn_samples_held(train), rows, NULL};
+    const size_t n = 2 * dataset->dof, wide = n + dataset->inputs,
+                 rows = wide + (s->rollout ? 0 : n);
+    struct moments m = {train, wide, hnn_samples_held(train), rows, NULL};
     double *mean = malloc(2 * rows * sizeof *mean), *square = mean ? mean + rows : NULL;
-    dataset->centre = malloc(3 * n * sizeof(double));
+    dataset->centre = malloc((2 * wide + n) * sizeof(double));
     if (!mean || !dataset->centre)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     if (ad_ranks_agree(s->ranks, error) == AD_OK)
@@ -89,15 +89,15 @@ static enum ad_status measure_scales(const struct hnn_dataset_settings *s,
     m.mean = mean;
     if (error->status == AD_OK &&
         hnn_samples_sum(s->ranks, train, rows, add_moments, &m, square, error) == AD_OK) {
-        dataset->scale = dataset->centre + n;
-        dataset->rate = s->rollout ? NULL : dataset->scale + n;
+        dataset->scale = dataset->centre + wide;
+        dataset->rate = s->rollout ? NULL : dataset->scale + wide;
         for (size_t r = 0; r < rows; r++) {
             double deviation = sqrt(square[r] / (double)train->n);
-            if (r < n) {
+            if (r < wide) {
                 dataset->centre[r] = mean[r];
                 dataset->scale[r] = positive(deviation);
             } else
-                dataset->rate[r - n] = positive(hypot(mean[r], deviation));
+                dataset->rate[r - wide] = positive(hypot(mean[r], deviation));
         }
     }
     free(mean);
@@ -190,13 +190,28 @@ static enum ad_status read_test(const struct hnn_dataset_settings *s, struct hnn
     return AD_OK;
 }
 
+/* Inputs that are neither time nor controls change within a trajectory. */
+static bool inputs_vary(const struct hnn_table *table)
+{
+    const struct hnn_plan *plan = &table->plan;
+    for (size_t k = 0; k < plan->inputs - plan->controls; k++) {
+        const double *u = hnn_table_column(table, plan->input[k]);
+        for (size_t i = 1; i < table->rows && plan->input[k] != plan->time; i++)
+            if (u[i] != u[i - 1] && !hnn_table_begins(table, i))
+                return true;
+    }
+    return false;
+}
+
 static void take_names(struct hnn_dataset *dataset, struct hnn_table *table)
 {
     dataset->state_names = table->state_names;
     dataset->rate_names = table->rate_names;
     dataset->coordinates = table->coordinates;
     dataset->momenta = table->momenta;
+    dataset->input_names = table->input_names;
     table->state_names = table->coordinates = table->momenta = table->rate_names = NULL;
+    table->input_names = NULL;
 }
 
 enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
@@ -207,11 +222,15 @@ enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
         *dataset = (struct hnn_dataset){0};
     if (AD_LACKS(error, settings, dataset))
         return error->status;
-    AD_OWN(hnn_dataset_settings, settings, seed, error);
+    AD_OWN(hnn_dataset_settings, settings, controls, error);
     if (check_settings(settings, error) == AD_OK &&
         hnn_table_read(settings, settings->file, settings->columns, &table, error) == AD_OK &&
         assign(settings, &table, dataset, error) == AD_OK) {
         dataset->dof = table.plan.components / 2;
+        dataset->inputs = table.plan.inputs;
+        dataset->controls = table.plan.controls;
+        dataset->timed = table.plan.inputs && table.plan.input[0] == table.plan.time;
+        dataset->varied = inputs_vary(&table);
         dataset->trials = table.trials;
         dataset->trials_by_time = table.by_time && table.trials > 1;
         dataset->units_line = table.units_line;
@@ -233,6 +252,6 @@ void hnn_dataset_free(struct hnn_dataset *dataset)
     if (!dataset)
         return;
     AD_FREE(dataset->values, dataset->centre, dataset->state_names, dataset->coordinates,
-            dataset->momenta, dataset->rate_names);
+            dataset->momenta, dataset->rate_names, dataset->input_names);
     *dataset = (struct hnn_dataset){0};
 }

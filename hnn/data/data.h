@@ -80,16 +80,20 @@ struct hnn_dataset_settings {
     double test_fraction; /* ... this fraction of the samples (or trajectories), 0 <= f < 1 */
     enum hnn_split split;
     uint64_t seed;
+    /* Columns of a model's inputs, and of those that are controls, which come last; up to
+       HNN_INPUTS_MOST in all. An input that is the column `time` is the time, and comes first. They
+       need `state`. */
+    const char *inputs, *controls;
     /* Not NULL: all ranks read together. Of a file whose rows are samples by themselves (rates from
-       columns, no time, trials or rollouts, nothing skipped) each holds its share of the samples
-       (hnn_samples_share), 1 byte a row besides; of others, all. */
+       columns, no time, trials, inputs or rollouts, nothing skipped) each holds its share of the
+       samples (hnn_samples_share), 1 byte a row besides; of others, all. */
     struct ad_ranks *ranks;
 };
 
 struct hnn_dataset {
     size_t dof;                     /* n: states have 2n components */
-    struct hnn_samples train, test; /* x [2n x train.n], target; test.n may be 0 */
-    double *centre, *scale;         /* [2n] of train.x: means and standard deviations */
+    struct hnn_samples train, test; /* x [2n + m (rollout + 1) x train.n]; test.n may be 0 */
+    double *centre, *scale;         /* [2n + m] of train.x: means and standard deviations */
     double *rate;                   /* [2n]: root mean squares of the rates; NULL for rollouts */
     double dt;                      /* of a rollout's steps, the median */
     size_t trials;                  /* trajectories in the file */
@@ -101,7 +105,11 @@ struct hnn_dataset {
     /* Names of the columns, else numbers from 1, separated by commas. Coordinates and momenta are
        the halves of the state; rate_names is "" for differences and rollouts. */
     char *state_names, *coordinates, *momenta, *rate_names;
-    double *values; /* owns the memory of all arrays */
+    double *values;          /* owns the memory of all arrays */
+    size_t inputs, controls; /* m, and how many of them are controls */
+    bool timed;              /* the first input is the time */
+    bool varied;             /* inputs that are neither time nor controls change in a trajectory */
+    char *input_names;       /* as the names above; "" */
 };
 
 /* Reads a data set. Memory: that of the chosen columns and one more. AD_E_INPUT names file, line,

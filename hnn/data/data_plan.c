@@ -104,6 +104,58 @@ static enum ad_status find_rate(const struct hnn_dataset_settings *settings,
     return hnn_rates_match(s, n, plan->state, plan->rate, error);
 }
 
+static bool is_in(size_t column, size_t n, const size_t *columns)
+{
+    for (size_t k = 0; k < n; k++)
+        if (columns[k] == column)
+            return true;
+    return false;
+}
+
+static enum ad_status find_inputs(const struct hnn_dataset_settings *settings,
+                                  const struct hnn_source *s, struct hnn_plan *plan,
+                                  struct ad_error *error)
+{
+    const char *const list[] = {settings->inputs, settings->controls};
+    if (!list[0] && !list[1])
+        return AD_OK;
+    if (!settings->state)
+        return ad_fail(error, AD_E_ARGUMENT, "%s: inputs: expected the columns of the state, too",
+                       s->file);
+    if (!(plan->input = malloc(2 * HNN_INPUTS_MOST * sizeof *plan->input)))
+        return no_memory(s, error);
+    for (size_t k = 0; k < 2; k++) {
+        size_t *column = NULL, n = 0;
+        if (list[k] &&
+            hnn_choose(s, k ? "controls" : "inputs", list[k], &column, &n, error) == AD_OK &&
+            plan->inputs + n > HNN_INPUTS_MOST)
+            ad_fail(error, AD_E_ARGUMENT, "%s: inputs: expected at most %d, got %zu", s->file,
+                    HNN_INPUTS_MOST, plan->inputs + n);
+        for (size_t i = 0; i < n && error->status == AD_OK; i++) {
+            plan->input[plan->inputs++] = column[i];
+            if (k == 0 && column[i] == plan->time) { /* to the front */
+                plan->input[plan->inputs - 1] = plan->input[0];
+                plan->input[0] = column[i];
+            }
+        }
+        plan->controls = k ? n : 0;
+        free(column);
+        if (error->status != AD_OK)
+            return error->status;
+    }
+    for (size_t k = 0; k < plan->inputs; k++) {
+        size_t c = plan->input[k];
+        if (is_in(c, plan->components, plan->state) ||
+            (plan->rate && is_in(c, plan->components, plan->rate)) ||
+            (k >= plan->inputs - plan->controls && c == plan->time))
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "%s: inputs: column %zu is one of the state, its rates, or the time as "
+                           "a control",
+                           s->file, c + 1);
+    }
+    return check_each_once(s, "inputs", plan->inputs, plan->input, error);
+}
+
 static void need(struct hnn_plan *plan, size_t column)
 {
     if (column == HNN_NO_COLUMN || plan->slot[column] != HNN_NO_COLUMN)
@@ -125,6 +177,8 @@ static enum ad_status list_needed(const struct hnn_source *s, struct hnn_plan *p
         need(plan, plan->state[k]);
         need(plan, plan->rate ? plan->rate[k] : HNN_NO_COLUMN);
     }
+    for (size_t k = 0; k < plan->inputs; k++)
+        need(plan, plan->input[k]);
     need(plan, plan->time);
     need(plan, plan->trial);
     return AD_OK;
@@ -138,14 +192,15 @@ enum ad_status hnn_plan_make(const struct hnn_dataset_settings *settings,
     if (hnn_names_check(settings, source, error) == AD_OK &&
         find_time_and_trial(settings, source, plan, error) == AD_OK &&
         find_state(settings, source, plan, error) == AD_OK &&
-        find_rate(settings, source, plan, error) == AD_OK)
+        find_rate(settings, source, plan, error) == AD_OK &&
+        find_inputs(settings, source, plan, error) == AD_OK)
         list_needed(source, plan, error);
     return error->status;
 }
 
 void hnn_plan_free(struct hnn_plan *plan)
 {
-    AD_FREE(plan->state, plan->rate, plan->column, plan->slot);
+    AD_FREE(plan->state, plan->rate, plan->input, plan->column, plan->slot);
     *plan = (struct hnn_plan){0};
 }
 

@@ -80,6 +80,16 @@ static void gather_steps(const struct hnn_dataset_settings *s, const struct hnn_
                 *to++ = t ? t[i + k + 1] - t[i + k] : s->dt;
 }
 
+/* Inputs at each sample, and after each step of its rollout. */
+static void gather_inputs(const struct hnn_dataset_settings *s, const struct hnn_part *part)
+{
+    const struct hnn_plan *plan = &part->table->plan;
+    double *to = part->x + plan->components * part->n;
+    for (size_t k = 0; k <= s->rollout; k++)
+        for (size_t j = 0; j < plan->inputs; j++, to += part->n)
+            gather(part, hnn_table_column(part->table, plan->input[j]), k, to);
+}
+
 /* Component c of one table's parts; states that rates do not come from are given back first. */
 static void gather_component(const struct hnn_dataset_settings *s, struct hnn_part *part,
                              size_t parts, size_t c)
@@ -111,10 +121,12 @@ static enum ad_status allocate(struct hnn_dataset *dataset, struct hnn_part part
                                size_t steps, struct ad_error *error)
 {
     size_t held[2] = {part[0].end - part[0].begin, part[1].end - part[1].begin};
-    size_t components = 2 * dataset->dof, rows = held[0] + held[1];
-    size_t numbers = rollout < SIZE_MAX / (components + 1) - 2
-                         ? components * (1 + (rollout ? rollout : 1)) + steps
+    size_t components = 2 * dataset->dof, wide = components + dataset->inputs,
+           rows = held[0] + held[1];
+    size_t numbers = rollout < SIZE_MAX / (wide + 1) - 2
+                         ? wide * (1 + (rollout ? rollout : 1)) + steps
                          : SIZE_MAX;
+    size_t x_rows = components + dataset->inputs * (1 + rollout);
     if (numbers <= SIZE_MAX / sizeof(double) / rows)
         dataset->values = malloc(numbers * rows * sizeof(double));
     if (!dataset->values)
@@ -122,7 +134,7 @@ static enum ad_status allocate(struct hnn_dataset *dataset, struct hnn_part part
     double *at = dataset->values;
     for (size_t k = 0; k < 2; k++) {
         part[k].x = at;
-        part[k].target = at + components * held[k];
+        part[k].target = at + x_rows * held[k];
         at += numbers * held[k];
         part[k].steps = steps ? at - steps * held[k] : NULL;
     }
@@ -167,8 +179,10 @@ enum ad_status hnn_samples_make(const struct hnn_dataset_settings *s, struct hnn
         for (size_t c = 0; c < 2 * dataset->dof && !part[k].table->shared; c++)
             gather_component(s, &part[k], parts, c);
     }
-    for (size_t k = 0; k < 2; k++)
+    for (size_t k = 0; k < 2; k++) {
         gather_steps(s, &part[k]);
+        gather_inputs(s, &part[k]);
+    }
     for (size_t k = 0; k < 2 && !table->plan.rate && s->rollout == 0; k++)
         check_slopes(&part[k], error);
     return error->status;

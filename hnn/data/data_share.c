@@ -62,8 +62,8 @@ bool hnn_share_possible(const struct hnn_dataset_settings *s, const struct hnn_t
     const struct hnn_plan *plan = &table->plan;
     struct stat status;
     return s->ranks && s->ranks->count > 1 && plan->rate && plan->time == HNN_NO_COLUMN &&
-           plan->trial == HNN_NO_COLUMN && !s->skip_missing && file && stat(file, &status) == 0 &&
-           S_ISREG(status.st_mode); /* a pipe is read once */
+           plan->trial == HNN_NO_COLUMN && !s->skip_missing && plan->inputs == 0 && file &&
+           stat(file, &status) == 0 && S_ISREG(status.st_mode); /* a pipe is read once */
 }
 
 /* Rows from `at` on: into the columns of the table, room for some, or nowhere. */

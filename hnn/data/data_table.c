@@ -188,8 +188,9 @@ static enum ad_status prepare(const struct hnn_dataset_settings *settings, struc
     table->momenta =
         hnn_plan_names(source, plan->state + plan->components / 2, plan->components / 2);
     table->rate_names = hnn_plan_names(source, plan->rate, plan->components);
+    table->input_names = hnn_plan_names(source, plan->input, plan->inputs);
     if (!table->column || !table->uses || !table->state_names || !table->coordinates ||
-        !table->momenta || !table->rate_names)
+        !table->momenta || !table->rate_names || !table->input_names)
         return no_memory(table, error);
     count_uses(table);
     return AD_OK;
@@ -243,7 +244,7 @@ void hnn_table_free(struct hnn_table *table)
     for (size_t k = 0; table->column && k < table->plan.n; k++)
         free(table->column[k]);
     AD_FREE(table->column, table->uses, table->role, table->state_names, table->coordinates,
-            table->momenta, table->rate_names);
+            table->momenta, table->rate_names, table->input_names);
     hnn_plan_free(&table->plan);
     *table = (struct hnn_table){0};
 }

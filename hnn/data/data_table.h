@@ -13,8 +13,9 @@ struct hnn_plan {
     size_t components;    /* 2 dof */
     size_t *state, *rate; /* [components] columns of the file; rate NULL: differences, rollouts */
     size_t time, trial;   /* HNN_NO_COLUMN: none */
-    size_t *column, n;    /* those of the file that are needed, each once */
-    size_t *slot;         /* [columns of the file]: where in `column` */
+    size_t *input, inputs, controls; /* the time first, controls last */
+    size_t *column, n;               /* those of the file that are needed, each once */
+    size_t *slot;                    /* [columns of the file]: where in `column` */
 };
 /* Ends with hnn_plan_free, whatever it returned. */
 enum ad_status hnn_plan_make(const struct hnn_dataset_settings *settings,
@@ -59,7 +60,7 @@ enum hnn_role { HNN_UNUSED, HNN_TRAIN, HNN_TEST };
 struct hnn_table {
     struct hnn_plan plan;
     const char *file;
-    char *state_names, *coordinates, *momenta, *rate_names;
+    char *state_names, *coordinates, *momenta, *rate_names, *input_names;
     size_t rows, capacity, trials, missing; /* missing: rows left out */
     bool by_time;         /* time that goes back begins a trajectory, there is no column for it */
     double step;          /* median of the steps of time within trajectories; 0: no time */

@@ -62,6 +62,11 @@ static void write_settings(const hnn_model *model, phys_hdf5 *file)
         phys_hdf5_integer(file, "/", "angles", (int64_t)s->angles, NULL);
     if (s->quadratic)
         phys_hdf5_integer(file, "/", "quadratic", 1, NULL);
+    if (s->inputs) {
+        phys_hdf5_integer(file, "/", "inputs", (int64_t)s->inputs, NULL);
+        phys_hdf5_integer(file, "/", "controls", (int64_t)s->controls, NULL);
+        phys_hdf5_integer(file, "/", "time", s->time, NULL);
+    }
     if (s->pixels) {
         phys_hdf5_integer(file, "/", "pixels", (int64_t)s->pixels, NULL);
         phys_hdf5_integer(file, "/", "autoencoder", (int64_t)s->autoencoder, NULL);
@@ -87,12 +92,13 @@ enum ad_status hnn_model_write(const hnn_model *model, phys_hdf5 *file, const ch
                         values);
     }
     if (scaling->centre)
-        phys_hdf5_write(file, "normalisation", AD_F64, 2, (size_t[]){3, hnn_states(model)},
+        phys_hdf5_write(file, "normalisation", AD_F64, 2, (size_t[]){3, hnn_rows(model)},
                         scaling->centre);
     if (model->range) {
-        phys_hdf5_write(file, "range", AD_F64, 2, (size_t[]){2, hnn_states(model) + 1},
-                        model->range);
-        phys_hdf5_text(file, "range", "axes", "least and largest seen; state, then H");
+        phys_hdf5_write(file, "range", AD_F64, 2, (size_t[]){2, hnn_rows(model) + 1}, model->range);
+        phys_hdf5_text(file, "range", "axes",
+                       s->inputs ? "least and largest seen; state, inputs, then H"
+                                 : "least and largest seen; state, then H");
     }
     return s->network ? hnn_network_write(model, file, error) : AD_OK;
 }
@@ -212,6 +218,11 @@ static void read_settings(const struct reading *r, struct hnn_settings *s)
     if (has(r, "angles"))
         s->angles = read_count(r, "angles", ((size_t)1 << HNN_ANGLES_MOST) - 1);
     s->quadratic = has(r, "quadratic") && read_count(r, "quadratic", 1);
+    if (has(r, "inputs")) {
+        s->inputs = read_count(r, "inputs", HNN_INPUTS_MOST);
+        s->controls = read_count(r, "controls", HNN_INPUTS_MOST);
+        s->time = read_count(r, "time", 1);
+    }
     if (has(r, "pixels")) {
         s->pixels = read_count(r, "pixels", 1 << 20);
         s->autoencoder = read_count(r, "autoencoder", 1 << 20);
@@ -242,7 +253,7 @@ static void read_normalisation(const struct reading *r, hnn_model *model, double
 {
     struct phys_hdf5_item item;
     struct ad_error none = {0}, why = {0};
-    size_t m = hnn_states(model);
+    size_t m = hnn_rows(model);
     if (failed(r) || phys_hdf5_shape(r->file, "normalisation", &item, &none) != AD_OK)
         return;
     if (item.rank != 2 || item.dims[0] != 3 || item.dims[1] != m)
@@ -257,7 +268,7 @@ static void read_range(const struct reading *r, hnn_model *model)
 {
     struct phys_hdf5_item item;
     struct ad_error none = {0};
-    size_t width = hnn_states(model) + 1;
+    size_t width = hnn_rows(model) + 1;
     if (failed(r) || phys_hdf5_shape(r->file, "range", &item, &none) != AD_OK)
         return;
     if (item.rank != 2 || item.dims[0] != 2 || item.dims[1] != width)
@@ -288,7 +299,7 @@ static void read_parameters(const struct reading *r, hnn_model *model)
         check_shape(r, &model->block[k]);
     if (failed(r) || hnn_model_make_room(model, r->error) != AD_OK)
         return;
-    size_t room = model->size + 3 * hnn_states(model);
+    size_t room = model->size + 3 * hnn_rows(model);
     double *values = malloc(room * sizeof *values);
     if (!values) {
         ad_fail(r->error, AD_E_MEMORY, "out of memory");

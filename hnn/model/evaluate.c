@@ -30,7 +30,7 @@ static void record(struct hnn_evaluator *e, const hnn_model *model)
 {
     size_t n = model->settings.dof;
     e->parameters = ad_input(e->tape, 1, model->size, "parameters");
-    e->x = ad_input(e->tape, 2 * n, e->samples, "x");
+    e->x = ad_input(e->tape, hnn_rows(model), e->samples, "x");
     struct hnn_record r = hnn_model_record(model, e->parameters, e->x);
     e->rate = ad_mul(1.0, r.field);
     ad_compile(e->tape, 1, &e->rate, &e->for_rate);
@@ -117,12 +117,16 @@ void hnn_model_evaluate_in(hnn_model *model, enum ad_type type)
         model->evaluate_in = type;
 }
 
-/* x [2n x samples] */
+/* x [(2n + m) x samples] */
 static enum ad_status check_states(const hnn_model *model, size_t samples, const double *x,
                                    struct ad_error *error)
 {
-    size_t states = hnn_states(model), n = model->settings.dof;
-    for (size_t k = 0; k < states * samples; k++)
+    size_t rows = hnn_rows(model), n = model->settings.dof;
+    for (size_t k = 2 * n * samples; k < rows * samples; k++)
+        if (!isfinite(x[k]))
+            return ad_fail(error, AD_E_NONFINITE, "input %zu of sample %zu is %g",
+                           k / samples - 2 * n + 1, k % samples, x[k]);
+    for (size_t k = 0; k < 2 * n * samples; k++)
         if (!isfinite(x[k]))
             return ad_fail(error, AD_E_NONFINITE,
                            "%c%zu of sample %zu is %g, expected a finite state",
@@ -176,30 +180,47 @@ static enum ad_status check(const hnn_model *model, size_t first, size_t n, doub
     return AD_OK;
 }
 
+/* Numbers `part` [n] of the state, rows from `first` on, and the inputs at t, into a program. */
+static enum ad_status put(const hnn_model *model, ad_program *program, double t, size_t first,
+                          size_t n, const double *part, struct ad_error *error)
+{
+    const struct hnn_evaluator *e = model->one;
+    size_t bytes = hnn_type_bytes(e->type), inputs = model->settings.inputs;
+    double u[HNN_INPUTS_MOST];
+    char *x = ad_data(program, e->x);
+    hnn_from_double(e->type, n, part, x + first * bytes);
+    if (inputs && hnn_model_inputs(model, t, u, error) == AD_OK)
+        hnn_from_double(e->type, inputs, u, x + hnn_states(model) * bytes);
+    return error->status;
+}
+
 static enum ad_status ode_field(void *context, double t, const double *y, double *rate,
                                 struct ad_error *error)
 {
     hnn_model *model = context;
-    if (prepare(model, 1, &model->one, error) != AD_OK)
+    size_t n = hnn_states(model);
+    if (prepare(model, 1, &model->one, error) != AD_OK ||
+        put(model, model->one->for_rate, t, 0, n, y, error) != AD_OK)
         return error->status;
-    run(model->one, model->one->for_rate, model->one->rate, y, rate);
-    return check(model, 0, hnn_states(model), t, rate, error);
+    ad_run(model->one->for_rate);
+    ad_get(model->one->for_rate, model->one->rate, rate);
+    return check(model, 0, n, t, rate, error);
 }
 
 /* The other half of the state does not enter: whatever the program has there stays. */
 static enum ad_status half(hnn_model *model, bool kick, double t, const double *part, double *rate,
                            struct ad_error *error)
 {
+    size_t n = model->settings.dof, first = kick ? 0 : n;
     if (prepare(model, 1, &model->one, error) != AD_OK)
         return error->status;
     const struct hnn_evaluator *e = model->one;
-    size_t n = model->settings.dof, bytes = hnn_type_bytes(e->type);
     ad_program *program = kick ? e->for_kick : e->for_drift;
-    char *x = ad_data(program, e->x);
-    hnn_from_double(e->type, n, part, x + (kick ? 0 : n * bytes));
+    if (put(model, program, t, first, n, part, error) != AD_OK)
+        return error->status;
     ad_run(program);
     ad_get(program, kick ? e->kick : e->drift, rate);
-    return check(model, kick ? n : 0, n, t, rate, error);
+    return check(model, n - first, n, t, rate, error);
 }
 
 static enum ad_status ode_kick(void *context, double t, const double *q, double *rate,
@@ -216,8 +237,15 @@ static enum ad_status ode_drift(void *context, double t, const double *p, double
 
 static double ode_energy(void *context, double t, const double *y)
 {
-    (void)t;
-    return hnn_model_energy(context, y);
+    hnn_model *model = context;
+    struct ad_error error = {0};
+    double energy;
+    if (prepare(model, 1, &model->one, &error) != AD_OK || !model->one->for_energy ||
+        put(model, model->one->for_energy, t, 0, hnn_states(model), y, &error) != AD_OK)
+        return NAN;
+    ad_run(model->one->for_energy);
+    ad_get(model->one->for_energy, model->one->energy, &energy);
+    return energy;
 }
 
 static void ode_component(const void *context, size_t k, char *name, size_t size)
@@ -237,6 +265,9 @@ enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_e
                              .field = ode_field,
                              .component = ode_component,
                              .context = model};
+    double u[HNN_INPUTS_MOST];
+    if (s->inputs && !model->drive.at && hnn_model_inputs(model, 0, u, error) != AD_OK)
+        return error->status;
     if (prepare(model, 1, &model->one, error) != AD_OK)
         return error->status;
     ode->canonical = s->kind == HNN_HAMILTONIAN && s->field == HNN_SYMPLECTIC && !s->dissipation;

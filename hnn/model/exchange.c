@@ -17,7 +17,7 @@ enum { TEXT = 32 + 8 * HNN_LAYERS_MOST };
 
 /* ---- settings as texts ---- */
 
-enum { N_NAMES = 4, N_NUMBERS = 9 };
+enum { N_NAMES = 4, N_NEEDED = 9, N_NUMBERS = 12 }; /* the others: 0 if there are none */
 
 struct named {
     const char *key, *const *names;
@@ -44,7 +44,8 @@ static void numbers_of(const struct hnn_settings *s, struct numbered n[N_NUMBERS
         {"separable", s->separable, 1}, {"dissipation", s->dissipation, 1},
         {"quadratic", s->quadratic, 1}, {"angles", s->angles, (UINT64_C(1) << HNN_ANGLES_MOST) - 1},
         {"pixels", s->pixels, 1 << 20}, {"autoencoder", s->autoencoder, 1 << 20},
-        {"seed", s->seed, UINT64_MAX},
+        {"seed", s->seed, UINT64_MAX},  {"inputs", s->inputs, HNN_INPUTS_MOST},
+        {"time", s->time, 1},           {"controls", s->controls, HNN_INPUTS_MOST},
     };
     memcpy(n, all, sizeof all);
 }
@@ -88,7 +89,7 @@ static void add_settings(struct writing *w, const hnn_model *model)
                  s->hidden[k]);
     add(w, "", "hidden", text);
     numbers_of(s, number);
-    for (size_t k = 0; k < N_NUMBERS; k++) {
+    for (size_t k = 0; k < (s->inputs ? N_NUMBERS : N_NEEDED); k++) {
         snprintf(text, sizeof text, "%" PRIu64, number[k].value);
         add(w, "", number[k].key, text);
     }
@@ -108,7 +109,7 @@ enum ad_status hnn_model_export(const hnn_model *model, const char *file, struct
         return ad_fail(error, AD_E_ARGUMENT,
                        "network '%s' is a program's own; expected perceptrons",
                        model->network.name);
-    m = hnn_states(model);
+    m = hnn_rows(model);
     if (model->scaling.centre) /* doubles first, so that each lies at a multiple of its size */
         tensor[n++] =
             (struct hnn_tensor_source){"normalisation", AD_F64, 2, {3, m}, model->scaling.centre};
@@ -192,6 +193,8 @@ static enum ad_status read_settings(const struct hnn_tensors *t, struct hnn_sett
     numbers_of(s, number);
     for (size_t k = 0; k < N_NUMBERS; k++) {
         const char *text = hnn_metadata_find(t, number[k].key);
+        if (!text && k >= N_NEEDED)
+            continue;
         if (!text || !read_number(text, number[k].most, &number[k].value))
             return refuse_text(t, number[k].key, error);
     }
@@ -204,6 +207,9 @@ static enum ad_status read_settings(const struct hnn_tensors *t, struct hnn_sett
     s->pixels = (size_t)number[6].value;
     s->autoencoder = (size_t)number[7].value;
     s->seed = number[8].value;
+    s->inputs = (size_t)number[9].value;
+    s->time = number[10].value;
+    s->controls = (size_t)number[11].value;
     return s->activation ? read_widths(t, s, error) : refuse_text(t, "activation", error);
 }
 
@@ -309,7 +315,7 @@ static enum ad_status read_rest(const struct hnn_tensors *t, hnn_model *model,
                                 struct ad_error *error)
 {
     struct ad_error why = {0};
-    const size_t m = hnn_states(model);
+    const size_t m = hnn_rows(model);
     double *v = read_array(t, "normalisation", 3, m, error);
     if (v && error->status == AD_OK &&
         hnn_model_normalise(model, v, v + m, v + 2 * m, &why) != AD_OK)

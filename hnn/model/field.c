@@ -41,30 +41,46 @@ static ad_var column(ad_tape *tape, size_t n, const double *values, bool inverse
 static ad_var normalised(const hnn_model *model, ad_var x)
 {
     const struct hnn_scaling *s = &model->scaling;
-    size_t n = hnn_states(model);
+    size_t n = hnn_rows(model);
     if (!s->centre)
         return x;
     return ad_mul(ad_sub(x, column(x.tape, n, s->centre, false)),
                   column(x.tape, n, s->scale, true));
 }
 
-/* The inputs of the networks: states, normalised, but sine and cosine of angles. */
+/* What the networks see: states and inputs, normalised, but sine and cosine of angles. Rows:
+   coordinates, cosines, inputs, then momenta or velocities. */
 static ad_var seen(const hnn_model *model, ad_var x)
 {
-    size_t n = model->settings.dof, angles = 0;
-    ad_var in = normalised(model, x), part[2 * HNN_ANGLES_MOST + 1];
-    if (!model->settings.angles)
+    const struct hnn_settings *s = &model->settings;
+    size_t n = s->dof, inputs = s->inputs - s->controls, parts = 0;
+    ad_var in = normalised(model, x), part[2 * HNN_ANGLES_MOST + 2];
+    if (!s->angles && !s->inputs)
         return in;
-    for (size_t k = 0; k < n; k++)
-        if (model->settings.angles >> k & 1) {
-            ad_var angle = ad_row(x, k);
-            part[k] = ad_sin(angle);
-            part[n + angles++] = ad_cos(angle);
-        } else {
-            part[k] = ad_row(in, k);
-        }
-    part[n + angles] = ad_slice_rows(in, n, n);
-    return ad_concat_rows(n + angles + 1, part);
+    if (!s->angles)
+        part[parts++] = ad_slice_rows(in, 0, n);
+    for (size_t k = 0; s->angles && k < n; k++)
+        part[parts++] = s->angles >> k & 1 ? ad_sin(ad_row(x, k)) : ad_row(in, k);
+    for (size_t k = 0; s->angles >> k; k++)
+        if (s->angles >> k & 1)
+            part[parts++] = ad_cos(ad_row(x, k));
+    if (inputs)
+        part[parts++] = ad_slice_rows(in, 2 * n, inputs);
+    part[parts++] = ad_slice_rows(in, n, n);
+    return ad_concat_rows(parts, part);
+}
+
+/* G u [n x samples], u in its unit and G in that of `unit` [n]. */
+static ad_var force(const hnn_model *model, ad_var parameters, ad_var x, const double *unit)
+{
+    const struct hnn_settings *s = &model->settings;
+    size_t first = hnn_rows(model) - s->controls;
+    ad_var u = ad_slice_rows(x, first, s->controls);
+    ad_var G = hnn_record_block(model, parameters, model->control);
+    if (!unit)
+        return ad_matmul(G, false, u, false);
+    u = ad_mul(u, column(x.tape, s->controls, model->scaling.scale + first, true));
+    return ad_mul(ad_matmul(G, false, u, false), column(x.tape, s->dof, unit, false));
 }
 
 static ad_var gradient(ad_var scalar, ad_var x)
@@ -104,7 +120,7 @@ static void record_hamiltonian(const hnn_model *model, ad_var parameters, ad_var
     if (s->separable)
         out = ad_add(out, network(model, &model->net[1], parameters, in));
     if (s->field != HNN_SYMPLECTIC)
-        plain = gradient(scaled(model, ad_row(out, 0)), x);
+        plain = ad_slice_rows(gradient(scaled(model, ad_row(out, 0)), x), 0, 2 * s->dof);
     if (s->field != HNN_CONSERVATIVE) {
         r->energy = ad_label(scaled(model, ad_row(out, s->field == HNN_BOTH)), "H");
         r->field = symplectic(gradient(r->energy, x), s->dof);
@@ -116,7 +132,14 @@ static void record_hamiltonian(const hnn_model *model, ad_var parameters, ad_var
     if (s->dissipation) {
         out = network(model, &model->net[model->n_nets - 1], parameters, in);
         r->dissipation = ad_label(scaled(model, out), "D");
-        r->field = ad_sub(r->field, gradient(r->dissipation, x));
+        r->field = ad_sub(r->field, ad_slice_rows(gradient(r->dissipation, x), 0, 2 * s->dof));
+    }
+    if (s->controls) {
+        const double *rate = model->scaling.rate;
+        ad_var push = force(model, parameters, x, rate ? rate + s->dof : NULL);
+        r->field =
+            ad_concat_rows(2, (ad_var[]){ad_slice_rows(r->field, 0, s->dof),
+                                         ad_add(ad_slice_rows(r->field, s->dof, s->dof), push)});
     }
 }
 
@@ -148,7 +171,8 @@ ad_var hnn_record_L(const hnn_model *model, ad_var parameters, ad_var x)
     return ad_label(scaled(model, ad_add(kinetic, out)), "L");
 }
 
-/* M a = L_q - L_vq v, M = L_vv, H = L_v v - L; rows of L_vq and of M are gradients of one L_v. */
+/* M a = L_q - L_vq v - L_vt + G u, M = L_vv, H = L_v v - L; rows of L_vq and of M are gradients of
+   one L_v. */
 ad_var hnn_record_lagrangian(const hnn_model *model, ad_var parameters, ad_var x,
                              struct hnn_record *r)
 {
@@ -158,11 +182,16 @@ ad_var hnn_record_lagrangian(const hnn_model *model, ad_var parameters, ad_var x
     for (size_t k = 0; k < n; k++) {
         ad_var row = gradient(ad_row(p, k), x);
         along[k] = ad_sum_rows(ad_mul(ad_slice_rows(row, 0, n), v));
+        if (model->settings.time)
+            along[k] = ad_add(along[k], ad_row(row, 2 * n));
         mass[k] = ad_slice_rows(row, n, n);
     }
     ad_var M = ad_label(ad_concat_rows(n, mass), "L_vv");
-    ad_var force = ad_sub(ad_slice_rows(by, 0, n), ad_concat_rows(n, along));
-    r->field = ad_concat_rows(2, (ad_var[]){v, ad_solve(M, force, AD_LU)});
+    ad_var push = ad_sub(ad_slice_rows(by, 0, n), ad_concat_rows(n, along));
+    if (model->settings.controls)
+        push = ad_add(push, force(model, parameters, x,
+                                  model->scaling.rate ? model->scaling.rate + n : NULL));
+    r->field = ad_concat_rows(2, (ad_var[]){v, ad_solve(M, push, AD_LU)});
     r->energy = ad_label(ad_sub(ad_sum_rows(ad_mul(p, v)), L), "H");
     return M;
 }
@@ -175,10 +204,10 @@ struct hnn_record hnn_model_record(const hnn_model *model, ad_var parameters, ad
         return r;
     }
     if (ad_rows(parameters) != 1 || ad_cols(parameters) != model->size ||
-        ad_rows(x) != hnn_states(model)) {
+        ad_rows(x) != hnn_rows(model)) {
         r.field =
             ad_refuse(x.tape, AD_E_SHAPE, "a model of %zu parameters and %zu states on %zu and %zu",
-                      model->size, hnn_states(model), ad_cols(parameters), ad_rows(x));
+                      model->size, hnn_rows(model), ad_cols(parameters), ad_rows(x));
         return r;
     }
     if (model->settings.kind == HNN_BASELINE)

@@ -20,9 +20,9 @@
 enum { HNN_NETS_MOST = 3, HNN_NOTES_MOST = 16, HNN_NETWORK_NAME = 64, HNN_PROBES = 3 };
 enum { HNN_LAGRANGIAN_MOST = 32, HNN_ANGLES_MOST = 52 }; /* coordinates of such models */
 enum { HNN_CODER_LAYERS = 4, HNN_ENCODE_MOST = 2 };
-enum { HNN_BLOCKS_MOST = HNN_NETS_MOST * 2 * HNN_LAYERS_MOST + 2 * 2 * HNN_CODER_LAYERS };
+enum { HNN_BLOCKS_MOST = HNN_NETS_MOST * 2 * HNN_LAYERS_MOST + 2 * 2 * HNN_CODER_LAYERS + 1 };
 
-/* One multilayer perceptron of a model: it reads rows first ... first+inputs-1 of the inputs. */
+/* One multilayer perceptron of a model: it reads rows first ... first+inputs-1 of what is seen. */
 struct hnn_net {
     const char *prefix; /* of its blocks' names */
     size_t first, inputs, outputs;
@@ -31,8 +31,9 @@ struct hnn_net {
 
 /* What the networks see and say in other units than the data's. */
 struct hnn_scaling {
-    double *centre, *scale, *rate; /* [2n] each, in one allocation at `centre`; NULL: none */
-    double energy;                 /* size of H, so that its gradient has the size of the rates */
+    /* [2n + m] each, in one allocation at `centre`, rates of inputs 1; NULL: none */
+    double *centre, *scale, *rate;
+    double energy; /* size of H, so that its gradient has the size of the rates */
 };
 
 struct hnn_evaluator; /* evaluate.c */
@@ -44,15 +45,17 @@ struct hnn_model {
     char network_name[HNN_NETWORK_NAME];
     size_t n_nets, n_blocks, size;
     struct hnn_net net[HNN_NETS_MOST];
+    size_t control;          /* block of G, the matrix of controls */
     size_t encoder, decoder; /* first blocks of an autoencoder; two a layer, all layers */
     size_t seen;             /* inputs of the encoder: pixels, or those not always dark */
     size_t shift;            /* of these, those of one frame: known in training */
     struct hnn_block block[HNN_BLOCKS_MOST];
     struct hnn_scaling scaling;
-    uint64_t normalised; /* counts changes of scaling, which recordings hold as constants */
-    double *range;       /* low [2n + 1], then high, H last; NULL: not known */
-    void *parameters;    /* [size] of settings.precision */
-    uint64_t version;    /* counts changes of the parameters */
+    uint64_t normalised;    /* counts changes of scaling, which recordings hold as constants */
+    double *range;          /* low [2n + m + 1], then high, H last; NULL: not known */
+    struct hnn_drive drive; /* at NULL: none */
+    void *parameters;       /* [size] of settings.precision */
+    uint64_t version;       /* counts changes of the parameters */
     enum ad_type evaluate_in;
     struct hnn_evaluator *one, *many; /* one state; the last number of them; NULL until needed */
     struct note {
@@ -62,6 +65,11 @@ struct hnn_model {
 };
 
 static inline size_t hnn_states(const hnn_model *model) { return 2 * model->settings.dof; }
+/* Rows of x: the state, then the inputs. */
+static inline size_t hnn_rows(const hnn_model *model)
+{
+    return hnn_states(model) + model->settings.inputs;
+}
 /* The letter of component k: q, and p or v. */
 static inline char hnn_letter(const hnn_model *model, size_t k)
 {

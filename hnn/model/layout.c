@@ -52,22 +52,26 @@ void hnn_layout(hnn_model *model)
     size_t n = s->dof, angles = 0;
     for (uint64_t bits = s->angles; bits; bits &= bits - 1)
         angles++;
-    size_t q = n + angles; /* inputs of the coordinates, then n others */
+    /* Rows of what is seen: q of the coordinates, m of inputs, n of momenta or velocities. */
+    size_t q = n + angles, m = s->inputs - s->controls;
     model->size = model->n_blocks = model->n_nets = 0;
     if (s->pixels) {
         model->encoder = add_coder(model, 0, model->seen, 2 * n);
         model->decoder = add_coder(model, HNN_CODER_LAYERS, 2 * n, s->pixels);
     }
     if (s->kind == HNN_BASELINE) {
-        add_net(model, "", 0, q + n, 2 * n);
+        add_net(model, "", 0, q + m + n, 2 * n);
     } else if (s->quadratic) {
-        add_net(model, "", 0, q, 1 + n * (n + 1) / 2);
+        add_net(model, "", 0, q + m, 1 + n * (n + 1) / 2);
     } else if (s->separable) {
-        add_net(model, "kinetic.", q, n, 1);
-        add_net(model, "potential.", 0, q, 1);
+        add_net(model, "kinetic.", q, m + n, 1);
+        add_net(model, "potential.", 0, q + m, 1);
     } else {
-        add_net(model, "", 0, q + n, s->field == HNN_BOTH ? 2 : 1);
+        add_net(model, "", 0, q + m + n, s->field == HNN_BOTH ? 2 : 1);
     }
     if (s->dissipation)
-        add_net(model, "dissipation.", 0, q + n, 1);
+        add_net(model, "dissipation.", 0, q + m + n, 1);
+    model->control = model->n_blocks;
+    if (s->controls)
+        add_block(model, "", "control.", 0, false, n, s->controls);
 }

@@ -53,11 +53,12 @@ static void follow(const hnn_model *model, size_t n, const double *x, ad_program
                    ad_var in, ad_var out, double *work, struct hnn_mass *mass)
 {
     size_t dof = model->settings.dof, square = dof * dof;
-    double *some = work, *all = some + 2 * dof * PIECE, *M = all + square * PIECE, *B = M + square,
+    size_t rows = hnn_rows(model);
+    double *some = work, *all = some + rows * PIECE, *M = all + square * PIECE, *B = M + square,
            *values = B + square;
     for (size_t first = 0; first < n; first += PIECE) {
         size_t count = n - first < PIECE ? n - first : PIECE;
-        for (size_t r = 0; r < 2 * dof; r++)
+        for (size_t r = 0; r < rows; r++)
             for (size_t k = 0; k < PIECE; k++)
                 some[r * PIECE + k] = x[r * n + first + (k < count ? k : count - 1)];
         ad_set(program, in, some);
@@ -80,14 +81,15 @@ enum ad_status hnn_model_mass(const hnn_model *model, size_t n, const double *x,
     if (model->settings.kind != HNN_LAGRANGIAN || n == 0)
         return ad_fail(error, AD_E_ARGUMENT, "L_vv: expected a Lagrangian model and some states");
     *mass = (struct hnn_mass){.condition = 0, .negative_least = dof};
-    double *work = malloc(((2 * dof + dof * dof) * PIECE + (2 * dof + 1) * dof) * sizeof *work),
+    double *work =
+               malloc(((hnn_rows(model) + dof * dof) * PIECE + (2 * dof + 1) * dof) * sizeof *work),
            *values = malloc(model->size * sizeof *values);
     ad_tape *tape = ad_tape_new(AD_F64);
     ad_program *program = NULL;
     if (work && values && tape) {
         struct hnn_record r;
         ad_var w = ad_input(tape, 1, model->size, "parameters"),
-               in = ad_input(tape, 2 * dof, PIECE, "x");
+               in = ad_input(tape, hnn_rows(model), PIECE, "x");
         ad_var out = ad_mul(1.0, hnn_record_lagrangian(model, w, in, &r));
         hnn_to_double(model->settings.precision, model->size, model->parameters, values);
         if (ad_compile(tape, 1, &out, &program) == AD_OK) {

@@ -201,22 +201,69 @@ static bool is_plain(const char *name, size_t n)
     return n && !digits;
 }
 
-void hnn_model_component(const hnn_model *model, size_t k, char *name, size_t size)
+/* Name k of the `wanted` ones that a note lists; false: there are others, or not plain ones. */
+static bool name_noted(const char *at, size_t wanted, size_t k, char *name, size_t size)
 {
-    if (!name || !size)
-        return;
-    const char *at = hnn_model_noted(model, "state"), *found = NULL;
-    size_t states = model ? hnn_states(model) : 0, half = states / 2, n = 0, length = 0;
+    const char *found = NULL;
+    size_t n = 0, length = 0;
     bool plain = at != NULL;
     for (; plain && at; n++, at = at[length] ? at + length + 1 : NULL) {
         length = strcspn(at, ",");
         plain = is_plain(at, length) && length < size;
         found = n == k ? at : found;
     }
-    if (plain && n == states && found)
-        snprintf(name, size, "%.*s", (int)strcspn(found, ","), found);
-    else
+    if (!plain || n != wanted || !found)
+        return false;
+    snprintf(name, size, "%.*s", (int)strcspn(found, ","), found);
+    return true;
+}
+
+void hnn_model_component(const hnn_model *model, size_t k, char *name, size_t size)
+{
+    if (!name || !size)
+        return;
+    size_t states = model ? hnn_states(model) : 0, half = states / 2;
+    if (!name_noted(hnn_model_noted(model, "state"), states, k, name, size))
         snprintf(name, size, "%c%zu", model ? hnn_letter(model, k) : 'q', half ? k % half + 1 : 0);
+}
+
+void hnn_model_input(const hnn_model *model, size_t k, char *name, size_t size)
+{
+    if (!name || !size)
+        return;
+    size_t inputs = model ? model->settings.inputs : 0;
+    if (!name_noted(hnn_model_noted(model, "inputs"), inputs, k, name, size))
+        snprintf(name, size, "u%zu", k + 1);
+}
+
+/* ---- inputs along a motion ---- */
+
+void hnn_model_drive(hnn_model *model, const struct hnn_drive *drive)
+{
+    if (model)
+        model->drive = drive ? *drive : (struct hnn_drive){0};
+}
+
+bool hnn_model_conserves(const hnn_model *model)
+{
+    const struct hnn_settings *s = model ? &model->settings : NULL;
+    return s && (!s->inputs || (!s->time && !s->controls && model->drive.constant));
+}
+
+enum ad_status hnn_model_inputs(const hnn_model *model, double t, double *u, struct ad_error *error)
+{
+    if (AD_LACKS(error, model, u))
+        return error->status;
+    const struct hnn_settings *s = &model->settings;
+    char name[32];
+    if (model->drive.at)
+        return model->drive.at(model->drive.context, t, u, error);
+    if (s->time)
+        u[0] = t;
+    if (s->inputs <= s->time)
+        return AD_OK;
+    hnn_model_input(model, s->time, name, sizeof name);
+    return ad_fail(error, AD_E_ARGUMENT, "the model has an input %s, which nothing gives", name);
 }
 
 /* ---- normalisation ---- */
@@ -238,12 +285,12 @@ enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const
 {
     if (AD_LACKS(error, model, centre, scale, rate))
         return error->status;
-    size_t m = hnn_states(model), bytes = m * sizeof(double);
+    size_t states = hnn_states(model), m = hnn_rows(model), bytes = m * sizeof(double);
     if (model->settings.pixels)
         return ad_fail(error, AD_E_ARGUMENT, "latent states cannot be normalised beforehand");
     for (size_t k = 0; k < m; k++)
-        if (!isfinite(centre[k]) || !(scale[k] > 0) || !(rate[k] > 0) || !isfinite(scale[k]) ||
-            !isfinite(rate[k]))
+        if (!isfinite(centre[k]) || !(scale[k] > 0) || !isfinite(scale[k]) ||
+            (k < states && !(rate[k] > 0 && isfinite(rate[k]))))
             return ad_fail(error, AD_E_ARGUMENT,
                            "component %zu of the state cannot be normalised: it does not vary",
                            k + 1);
@@ -252,7 +299,8 @@ enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     memcpy(all, centre, bytes);
     memcpy(all + m, scale, bytes);
-    memcpy(all + 2 * m, rate, bytes);
+    for (size_t k = 0; k < m; k++)
+        all[2 * m + k] = k < states ? rate[k] : 1;
     for (uint64_t bits = model->settings.angles, k = 0; bits; bits >>= 1, k++)
         if (bits & 1) { /* an angle's size is a radian */
             all[k] = 0;

@@ -15,7 +15,7 @@ static void widen(const double *values, size_t n, double *low, double *high)
 
 enum ad_status hnn_range_states(hnn_model *model, size_t n, const double *x, struct ad_error *error)
 {
-    size_t states = hnn_states(model), width = states + 1;
+    size_t states = hnn_rows(model), width = states + 1;
     if (!model->range && !(model->range = malloc(2 * width * sizeof *model->range)))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     double *low = model->range, *high = low + width;
@@ -27,7 +27,7 @@ enum ad_status hnn_range_states(hnn_model *model, size_t n, const double *x, str
 
 enum ad_status hnn_range_energy(hnn_model *model, size_t n, const double *x, struct ad_error *error)
 {
-    size_t states = hnn_states(model), few = n < HNN_RANGE_ENERGIES ? n : HNN_RANGE_ENERGIES,
+    size_t states = hnn_rows(model), few = n < HNN_RANGE_ENERGIES ? n : HNN_RANGE_ENERGIES,
            stride = n / few;
     double *some = malloc((states + 1) * few * sizeof *some), *low = model->range + states;
     if (!some)
@@ -57,6 +57,6 @@ struct hnn_range hnn_model_range(const hnn_model *model)
 {
     if (!model)
         return (struct hnn_range){NULL, NULL};
-    size_t width = hnn_states(model) + 1;
+    size_t width = hnn_rows(model) + 1;
     return (struct hnn_range){model->range, model->range ? model->range + width : NULL};
 }

@@ -132,6 +132,22 @@ static enum ad_status check_lagrangian(const struct hnn_settings *s, struct ad_e
     return AD_OK;
 }
 
+static enum ad_status check_inputs(const struct hnn_settings *s, struct ad_error *error)
+{
+    if (s->inputs > HNN_INPUTS_MOST || s->controls > s->inputs)
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "inputs of a model: expected at most %d, controls among them, got %zu and "
+                       "%zu",
+                       HNN_INPUTS_MOST, s->inputs, s->controls);
+    if (s->time && s->inputs == s->controls)
+        return refuse(error, "the time of a model: expected an input that is no control");
+    if (s->inputs && (s->pixels || s->network))
+        return refuse(error, "a model with inputs learns from states, by perceptrons");
+    if (s->controls && s->kind == HNN_BASELINE)
+        return refuse(error, "a baseline has no matrix of controls; give it them as inputs");
+    return AD_OK;
+}
+
 enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error *error)
 {
     if (check_choices(s, error) != AD_OK)
@@ -140,6 +156,8 @@ enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error 
         return ad_fail(error, AD_E_ARGUMENT,
                        "degrees of freedom of a model: expected 1 to %d, got %zu", DOF_MOST,
                        s->dof);
+    if (check_inputs(s, error) != AD_OK)
+        return error->status;
     if (s->network)
         return hnn_network_check(s, error);
     if (s->layers < 1 || s->layers > HNN_LAYERS_MOST)

@@ -26,19 +26,45 @@ struct hnn_path {
     size_t states, n;
     double *t; /* [n] */
     double *x; /* [n][states], one state after the other */
+    size_t inputs;
+    double *u; /* [n][inputs], of models with inputs; NULL: none were asked for */
 };
 void hnn_path_free(struct hnn_path *path); /* takes zero-initialised ones too */
 
 /* Fills t [n], n >= 2, with equally spaced times, both ends included. */
 void hnn_times(double t0, double t1, size_t n, double *t);
 
-/* Reads one measured trajectory of a file: of the settings the columns `state` and `time`
+/* Reads one measured trajectory of a file: of the settings the columns `state`, `inputs` and `time`
    (required), `file`, `trial`, `skip_missing` and `skip_rows` are used. Rows start at or after the
    time `from` (-INFINITY: the file's first) and span `time` (INFINITY: to the end) of the
    trajectory there: AD_E_INPUT where it ends before. Without a column that distinguishes
    trajectories, a gap in time (see data.h) ends one, too. */
 enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double from, double time,
                              struct hnn_path *path, struct ad_error *error);
+
+/* ---- inputs ---- */
+
+enum hnn_input_source { HNN_INPUT_VALUE, HNN_INPUT_TIME, HNN_INPUT_COLUMN };
+
+/* Inputs of a motion, for hnn_drive: `at` is hnn_inputs_at, `context` one of these, `constant` what
+   hnn_inputs_constant says. */
+struct hnn_inputs {
+    size_t n;                     /* inputs of the model */
+    const struct hnn_path *table; /* whose u are taken; NULL: no HNN_INPUT_COLUMN */
+    bool hold;                    /* from row to row; false: linear between */
+    struct hnn_input {
+        enum hnn_input_source source;
+        double value;
+        size_t column; /* of table->u */
+    } input[HNN_INPUTS_MOST];
+};
+/* u [n] at t. AD_E_INPUT before the first row of the table and after the last. */
+enum ad_status hnn_inputs_at(void *inputs, double t, double *u, struct ad_error *error);
+bool hnn_inputs_constant(const struct hnn_inputs *inputs);
+/* Reads columns of a table over time, names as in hnn_dataset_settings: path has t and u alone.
+   AD_E_INPUT for times that do not increase, and what is no finite number. */
+enum ad_status hnn_inputs_read(const char *file, const char *time, const char *columns,
+                               struct hnn_path *path, struct ad_error *error);
 
 /* ---- rollouts ---- */
 

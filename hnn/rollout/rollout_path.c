@@ -12,7 +12,7 @@ void hnn_path_free(struct hnn_path *path)
 {
     if (!path)
         return;
-    AD_FREE(path->t, path->x);
+    AD_FREE(path->t, path->x, path->u);
     *path = (struct hnn_path){0};
 }
 
@@ -30,11 +30,17 @@ static enum ad_status copy_rows(const struct hnn_table *table, size_t first, siz
     size_t states = table->plan.components;
     path->t = malloc(n * sizeof *path->t);
     path->x = malloc(states * n * sizeof *path->x);
-    if (!path->t || !path->x)
+    path->inputs = table->plan.inputs;
+    path->u = malloc(n * (path->inputs + 1) * sizeof *path->u);
+    if (!path->t || !path->x || !path->u)
         return ad_fail(error, AD_E_MEMORY, "%s: out of memory", table->file);
     path->states = states;
     path->n = n;
     memcpy(path->t, hnn_table_column(table, table->plan.time) + first, n * sizeof *path->t);
+    for (size_t k = 0; k < path->inputs; k++)
+        for (size_t i = 0; i < n; i++)
+            path->u[i * path->inputs + k] =
+                hnn_table_column(table, table->plan.input[k])[first + i];
     for (size_t k = 0; k < states; k++) {
         const double *column = hnn_table_column(table, table->plan.state[k]) + first;
         for (size_t i = 0; i < n; i++)
@@ -84,7 +90,7 @@ enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double
         *path = (struct hnn_path){0};
     if (AD_LACKS(error, settings, path, settings->file))
         return error->status;
-    AD_OWN(hnn_dataset_settings, settings, seed, error);
+    AD_OWN(hnn_dataset_settings, settings, controls, error);
     struct hnn_dataset_settings s = {.size = sizeof s,
                                      .file = settings->file,
                                      .state = settings->state,
@@ -92,6 +98,7 @@ enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double
                                      .trial = settings->trial,
                                      .skip_missing = settings->skip_missing,
                                      .skip_rows = settings->skip_rows,
+                                     .inputs = settings->inputs,
                                      .rollout = 1}; /* no rates are needed */
     struct hnn_table table = {0};
     *path = (struct hnn_path){0};

@@ -58,13 +58,15 @@ void hnn_data_copy(const struct hnn_data *data, const uint32_t *picked, size_t f
 /* What is learned: one const struct, one line in the choice of train_loss.c. */
 struct hnn_objective {
     bool by_rows; /* x and target are [samples x x_rows], [samples x target_rows] */
-    size_t (*x_rows)(const hnn_model *model);
+    size_t (*x_rows)(const hnn_model *model, const struct hnn_training *training);
     size_t (*target_rows)(const hnn_model *model, const struct hnn_training *training);
     /* The loss of every sample, [1 x samples]; that of a set is their mean. */
     ad_var (*record)(const hnn_model *model, const struct hnn_training *training, ad_var parameters,
                      ad_var x, ad_var target);
 };
 extern const struct hnn_objective hnn_learn_pixels; /* train_pixels.c */
+/* Rows of x: the state, its inputs, and those of the states that a rollout leads to. */
+size_t hnn_state_rows(const hnn_model *model, const struct hnn_training *training);
 
 /* A loss of the caller's own (train_own.c); AD_E_ARGUMENT where that of a sample depends on
    others. */
@@ -86,10 +88,12 @@ ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *trai
 
 enum { HNN_MIDPOINT_MOST = 16 }; /* coordinates */
 
-/* A step of length dt [1 x samples]. */
+/* A step of length dt [1 x samples]; inputs before and after it [m x samples], where the model has
+   some, and whether they hold until the end (not the time). */
 struct hnn_step {
     const hnn_model *model;
-    ad_var parameters, dt;
+    ad_var parameters, dt, before, after;
+    bool hold;
 };
 /* The states x [2n x samples] after a step. */
 ad_var hnn_record_step(const struct hnn_step *step, enum hnn_stepping stepping, ad_var x);

@@ -17,7 +17,10 @@ static size_t piece_of(const struct hnn_data *data)
     return data->n < most ? data->n : most;
 }
 
-static size_t states(const hnn_model *model) { return hnn_states(model); }
+size_t hnn_state_rows(const hnn_model *model, const struct hnn_training *training)
+{
+    return hnn_rows(model) + model->settings.inputs * training->rollout;
+}
 
 static ad_var field_at(const hnn_model *model, ad_var parameters, ad_var x)
 {
@@ -55,7 +58,7 @@ static ad_var record_rates(const hnn_model *model, const struct hnn_training *tr
     return mean_squares(ad_sub(field_at(model, parameters, x), target), model->scaling.rate);
 }
 
-static const struct hnn_objective learn_rates = {false, states, rates, record_rates};
+static const struct hnn_objective learn_rates = {false, hnn_state_rows, rates, record_rates};
 
 /* ---- rollouts ---- */
 
@@ -68,10 +71,17 @@ static size_t rollouts(const hnn_model *model, const struct hnn_training *traini
 static ad_var record_rollouts(const hnn_model *model, const struct hnn_training *training,
                               ad_var parameters, ad_var x, ad_var target)
 {
-    size_t m = hnn_states(model), steps = training->rollout;
-    ad_var sum = {0}, at = x;
+    size_t m = hnn_states(model), steps = training->rollout, inputs = model->settings.inputs;
+    ad_var sum = {0}, at = inputs ? ad_slice_rows(x, 0, m) : x;
     for (size_t k = 0; k < steps; k++) {
-        struct hnn_step step = {model, parameters, ad_slice_rows(target, steps * m + k, 1)};
+        struct hnn_step step = {.model = model,
+                                .parameters = parameters,
+                                .dt = ad_slice_rows(target, steps * m + k, 1),
+                                .hold = training->hold};
+        if (inputs) {
+            step.before = ad_slice_rows(x, m + k * inputs, inputs);
+            step.after = ad_slice_rows(x, m + (k + 1) * inputs, inputs);
+        }
         at = hnn_record_step(&step, training->stepping, at);
         ad_var error = ad_sub(at, ad_slice_rows(target, k * m, m));
         ad_var squares = mean_squares(error, model->scaling.scale);
@@ -80,7 +90,8 @@ static ad_var record_rollouts(const hnn_model *model, const struct hnn_training 
     return ad_mul(1 / (double)steps, sum);
 }
 
-static const struct hnn_objective learn_rollouts = {false, states, rollouts, record_rollouts};
+static const struct hnn_objective learn_rollouts = {false, hnn_state_rows, rollouts,
+                                                    record_rollouts};
 
 /* ---- the choice ---- */
 
@@ -95,7 +106,7 @@ static const struct hnn_objective *objective(const hnn_model *model,
 
 size_t hnn_x_rows(const hnn_model *model, const struct hnn_training *training)
 {
-    return objective(model, training)->x_rows(model);
+    return objective(model, training)->x_rows(model, training);
 }
 
 size_t hnn_target_rows(const hnn_model *model, const struct hnn_training *training)

@@ -4,8 +4,6 @@
 
 #include <stdlib.h>
 
-static size_t states(const hnn_model *model) { return hnn_states(model); }
-
 static size_t target_rows(const hnn_model *model, const struct hnn_training *training)
 {
     size_t steps = training->rollout;
@@ -23,7 +21,7 @@ static ad_var record(const hnn_model *model, const struct hnn_training *training
                      ad_rows(losses), ad_cols(losses), ad_cols(x));
 }
 
-const struct hnn_objective hnn_learn_own = {false, states, target_rows, record};
+const struct hnn_objective hnn_learn_own = {false, hnn_state_rows, target_rows, record};
 
 /* Losses of samples picked[n], recorded together, with the model's parameters. */
 static enum ad_status losses_of(const hnn_model *model, const struct hnn_training *training,

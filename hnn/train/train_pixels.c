@@ -10,7 +10,11 @@
 static const double field_weight = 0.1;
 
 /* The encoder's inputs: an observation and the next one, which begins a frame later. */
-static size_t seen_twice(const hnn_model *model) { return model->seen + model->shift; }
+static size_t seen_twice(const hnn_model *model, const struct hnn_training *training)
+{
+    (void)training;
+    return model->seen + model->shift;
+}
 
 static size_t pixels(const hnn_model *model, const struct hnn_training *training)
 {

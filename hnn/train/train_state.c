@@ -26,6 +26,8 @@ static void settings_text(const hnn_trainer *t, char text[TEXT_ROOM])
         s->seed, s->loss ? " loss=own" : "");
     if (s->clip > 0)
         snprintf(text + strlen(text), TEXT_ROOM - strlen(text), " clip=%.17g", s->clip);
+    if (s->hold)
+        snprintf(text + strlen(text), TEXT_ROOM - strlen(text), " hold=1");
     if (s->stepping)
         snprintf(text + strlen(text), TEXT_ROOM - strlen(text), " stepping=%s",
                  hnn_steppings[s->stepping]);
@@ -300,6 +302,7 @@ static bool same_settings(const struct hnn_settings *a, const struct hnn_setting
            strcmp(a->activation, b->activation) == 0 && a->field == b->field &&
            a->separable == b->separable && a->dissipation == b->dissipation &&
            a->precision == b->precision && a->start == b->start && a->seed == b->seed &&
+           a->inputs == b->inputs && a->controls == b->controls && a->time == b->time &&
            a->angles == b->angles && a->quadratic == b->quadratic && a->pixels == b->pixels &&
            a->autoencoder == b->autoencoder && same_network(a->network, b->network);
 }
@@ -307,7 +310,7 @@ static bool same_settings(const struct hnn_settings *a, const struct hnn_setting
 static bool same_scaling(const hnn_model *a, const hnn_model *b)
 {
     const double *p = a->scaling.centre, *q = b->scaling.centre;
-    return p && q ? memcmp(p, q, 3 * hnn_states(a) * sizeof *p) == 0 : !p && !q;
+    return p && q ? memcmp(p, q, 3 * hnn_rows(a) * sizeof *p) == 0 : !p && !q;
 }
 
 static void read_model(const struct reading *r)

@@ -7,8 +7,22 @@
 
 const char *const hnn_steppings[] = {"runge-kutta", "leapfrog", "midpoint", NULL};
 
-static ad_var field(const struct hnn_step *s, ad_var x)
+/* Inputs at this part of the step: linear in time, or those before it, but for the time. */
+static ad_var inputs_at(const struct hnn_step *s, double part)
 {
+    size_t m = s->model->settings.inputs;
+    ad_var linear = ad_add(s->before, ad_mul(part, ad_sub(s->after, s->before)));
+    if (part == 0 || (s->hold && !s->model->settings.time))
+        return s->before;
+    if (!s->hold || m == 1)
+        return linear;
+    return ad_concat_rows(2, (ad_var[]){ad_row(linear, 0), ad_slice_rows(s->before, 1, m - 1)});
+}
+
+static ad_var field(const struct hnn_step *s, ad_var x, double part)
+{
+    if (s->model->settings.inputs)
+        x = ad_concat_rows(2, (ad_var[]){x, inputs_at(s, part)});
     return hnn_model_record(s->model, s->parameters, x).field;
 }
 
@@ -16,10 +30,10 @@ static ad_var field(const struct hnn_step *s, ad_var x)
 static ad_var runge_kutta(const struct hnn_step *s, ad_var x)
 {
     ad_var dt = s->dt, half = ad_mul(0.5, dt);
-    ad_var k1 = field(s, x);
-    ad_var k2 = field(s, ad_add(x, ad_mul(half, k1)));
-    ad_var k3 = field(s, ad_add(x, ad_mul(half, k2)));
-    ad_var k4 = field(s, ad_add(x, ad_mul(dt, k3)));
+    ad_var k1 = field(s, x, 0);
+    ad_var k2 = field(s, ad_add(x, ad_mul(half, k1)), 0.5);
+    ad_var k3 = field(s, ad_add(x, ad_mul(half, k2)), 0.5);
+    ad_var k4 = field(s, ad_add(x, ad_mul(dt, k3)), 1);
     ad_var middle = ad_mul(2.0, ad_add(k2, k3));
     return ad_add(x, ad_mul(ad_mul(1.0 / 6, dt), ad_add(ad_add(k1, middle), k4)));
 }
@@ -29,11 +43,11 @@ static ad_var leapfrog(const struct hnn_step *s, ad_var x)
 {
     size_t n = s->model->settings.dof;
     ad_var half = ad_mul(0.5, s->dt), q = ad_slice_rows(x, 0, n), p = ad_slice_rows(x, n, n);
-    p = ad_add(p, ad_mul(half, ad_slice_rows(field(s, x), n, n)));
+    p = ad_add(p, ad_mul(half, ad_slice_rows(field(s, x, 0), n, n)));
     x = ad_concat_rows(2, (ad_var[]){q, p});
-    q = ad_add(q, ad_mul(s->dt, ad_slice_rows(field(s, x), 0, n)));
+    q = ad_add(q, ad_mul(s->dt, ad_slice_rows(field(s, x, 0.5), 0, n)));
     x = ad_concat_rows(2, (ad_var[]){q, p});
-    p = ad_add(p, ad_mul(half, ad_slice_rows(field(s, x), n, n)));
+    p = ad_add(p, ad_mul(half, ad_slice_rows(field(s, x, 1), n, n)));
     return ad_concat_rows(2, (ad_var[]){q, p});
 }
 
@@ -49,7 +63,7 @@ static const double last_change = 1e-5;
    where m is. */
 static ad_var correction(const struct hnn_step *s, ad_var x, ad_var m)
 {
-    ad_var rest = ad_sub(ad_sub(m, x), ad_mul(ad_mul(0.5, s->dt), field(s, m)));
+    ad_var rest = ad_sub(ad_sub(m, x), ad_mul(ad_mul(0.5, s->dt), field(s, m, 0.5)));
     ad_var row[2 * HNN_MIDPOINT_MOST], by = m;
     size_t n = ad_rows(x);
     for (size_t k = 0; k < n; k++) {
@@ -65,7 +79,8 @@ static ad_var correction(const struct hnn_step *s, ad_var x, ad_var m)
 static ad_var midpoint(const struct hnn_step *s, ad_var x)
 {
     ad_var half = ad_mul(0.5, s->dt), step = x;
-    ad_var m = ad_detach(ad_add(x, ad_mul(half, field(s, ad_add(x, ad_mul(half, field(s, x)))))));
+    ad_var m = ad_detach(
+        ad_add(x, ad_mul(half, field(s, ad_add(x, ad_mul(half, field(s, x, 0.5))), 0.5))));
     for (size_t k = 0; k < ROUNDS; k++) {
         step = correction(s, x, m);
         m = ad_detach(ad_sub(m, step));

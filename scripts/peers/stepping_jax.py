@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Losses on rollouts by symplectic steps, and their gradients, in JAX: the numbers of tests/hnn/test_stepping.c. f64; the
+"""Losses on rollouts by symplectic steps, and their gradients, in JAX: the numbers of tests/hnn/steps/test_stepping.c. f64; the
 midpoint rule by a hundred rounds of its equation, which contract."""
 import jax, jax.numpy as jnp, numpy as np
 jax.config.update("jax_enable_x64", True)

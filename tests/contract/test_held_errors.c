@@ -173,6 +173,9 @@ static void touched(int signal)
     X(hnn_model_see, hnn_model_see(P, 1, P, e))                                                    \
     X(hnn_model_note, hnn_model_note(P, P, P, e))                                                  \
     X(hnn_model_evaluate, hnn_model_evaluate(P, 1, P, P, P, e))                                    \
+    X(hnn_model_inputs, hnn_model_inputs(P, 0, P, e))                                              \
+    X(hnn_inputs_at, hnn_inputs_at(P, 0, P, e))                                                    \
+    X(hnn_inputs_read, hnn_inputs_read(P, P, P, O, e))                                             \
     X(hnn_model_ode, hnn_model_ode(P, O, e))                                                       \
     X(hnn_system_open, hnn_system_open(P, O, e))                                                   \
     X(hnn_model_mass, hnn_model_mass(P, 1, P, O, e))                                               \

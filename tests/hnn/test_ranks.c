@@ -116,6 +116,28 @@ static void test_states(void **state)
     job_free(&lbfgs);
 }
 
+/* Rollouts by midpoint steps with a time and a control. */
+static void test_inputs(void **state)
+{
+    (void)state;
+    enum { N = 2100, K = 1, INPUTS = 2 };
+    double *x = small_values(1, 2 + INPUTS * (K + 1), N), *target = small_values(2, 2 * K, N);
+    struct job job = {.name = "inputs",
+                      .model = small_settings(&small_kinds[1], 1, 2),
+                      .training = hnn_training_defaults()};
+    job.model.inputs = INPUTS;
+    job.model.controls = 1;
+    job.model.time = true;
+    job.training.steps = 15;
+    job.training.rollout = K;
+    job.training.dt = 0.1;
+    job.training.stepping = HNN_MIDPOINT;
+    job.train[0] = (struct hnn_samples){.n = N, .x = x, .target = target};
+    check(&job);
+    free(x);
+    free(target);
+}
+
 static void test_frames(void **state)
 {
     (void)state;
@@ -162,6 +184,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_states),
+        cmocka_unit_test(test_inputs),
         cmocka_unit_test(test_frames),
         cmocka_unit_test(test_other_data),
     };

@@ -1,6 +1,6 @@
 /* Losses on rollouts by symplectic steps: against JAX (scripts/peers/stepping_jax.py), and what the
    methods do not suit. */
-#include "small.h"
+#include "tests/hnn/small.h"
 #include "tests/close.h"
 #include "tests/mentions.h"
 #include "hnn/train/train.h"
