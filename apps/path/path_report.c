@@ -170,16 +170,16 @@ static void report_forces(const struct path_run *run, struct report *report)
     const struct phys_scene *scene = run->system.scene;
     const size_t dof = run->system.dof, n = run->settings.slices;
     double *most = run->found.force ? calloc(dof, sizeof *most) : NULL;
-    char unit[64];
+    char unit[UNIT_FORCE];
     if (!run->found.force)
         return;
     report->failed = report->failed || !most;
     for (size_t k = 0; most && k < dof * n; k++)
         most[k / n] = fmax(most[k / n], fabs(run->found.force[k]));
-    snprintf(unit, sizeof unit, "%s/%s", unit_shown(scene->energy_unit), unit_shown(scene->unit));
+    unit_of_force(scene->energy_unit, scene->unit, unit);
     report_texts(report, "constraints", scene->n_constraints, scene->constraints);
     if (most)
-        report_list(report, "reaction_most", "largest constraint force", unit, dof, most);
+        report_list(report, "reaction_most", "constraint force at slices", unit, dof, most);
     free(most);
 }
 

@@ -124,9 +124,8 @@ enum ad_status path_file(const void *context, phys_hdf5 *file, struct ad_error *
     }
     if (run->found.force) {
         const struct phys_scene *scene = run->system.scene;
-        char unit[64];
-        snprintf(unit, sizeof unit, "%s/%s", unit_shown(scene->energy_unit),
-                 unit_shown(scene->unit));
+        char unit[UNIT_FORCE];
+        unit_of_force(scene->energy_unit, scene->unit, unit);
         file_path(run, file, "reaction", unit, run->found.force);
     }
     return file_history(run, file, error);

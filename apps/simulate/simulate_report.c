@@ -94,18 +94,18 @@ static void report_energy(const struct simulate_run *run, struct report *report)
 static void report_constraints(const struct simulate_run *run, struct report *report)
 {
     const struct phys_scene *scene = run->system.scene;
-    char unit[64], speed[64];
+    char unit[UNIT_FORCE], speed[64];
     if (!run->reactions)
         return;
     const char *time = unit_shown(scene->time_unit);
-    snprintf(unit, sizeof unit, "%s/%s", unit_shown(scene->energy_unit), unit_shown(scene->unit));
+    unit_of_force(scene->energy_unit, scene->unit, unit);
     snprintf(speed, sizeof speed, "%s%s%s", unit_shown(scene->unit), *time ? "/" : "", time);
     report_texts(report, "constraints", scene->n_constraints, scene->constraints);
     report_number(report, "constraint_residual", "off the constraints by", scene->unit,
                   run->residual[0]);
     report_number(report, "constraint_residual_velocity", "  and in velocity by", speed,
                   run->residual[1]);
-    report_list(report, "reaction_most", "largest constraint force", unit, run->system.dof,
+    report_list(report, "reaction_most", "constraint force at samples", unit, run->system.dof,
                 run->reaction_most);
 }
 

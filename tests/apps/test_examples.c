@@ -162,6 +162,10 @@ static void test_rod(void **state)
         assert_close(row[4], -pull * row[2], 0, 1e-7);
     }
     shell_works("$LA dump rod.h5 --dataset reaction --quiet");
+    shell_works("sed 's/unit = \"[msJ]\"/unit = \"1\"/' \"$ROOT/docs/examples/rod.c\" >pure.c && "
+                "$LA build pure.c --include \"$ROOT\" --quiet && $LA path ./pure.so --tol 1e-9");
+    assert_non_null(strstr(shell_out(), "  constraint force at slices")); /* C10: without a unit */
+    assert_null(strchr(strstr(shell_out(), "  constraint force at slices"), '/'));
     assert_int_equal(shell("$LA path ./rod.so --all"), 2);
     assert_int_equal(shell("$LA modes ./rod.so"), 2);
     assert_int_equal(shell("$LA simulate ./rod.so --lyapunov 1"), 2);
