@@ -42,6 +42,8 @@ struct candidate {
     double setting; /* of the finest run that got through, */
     size_t steps;   /* and its steps, rejected ones too */
     bool rounding;  /* the forces are, at a finer one */
+    double reached; /* by the run that came furthest and was lost, ... */
+    struct ad_error why;
 };
 
 /* One run of it. */
@@ -107,6 +109,10 @@ static enum ad_status attempt_within(struct candidate *c, double setting, size_t
     run->evaluations = info->evaluations;
     c->trial->searched += info->evaluations;
     run->complete = lost.status == AD_OK && info->samples == points + 1;
+    if (lost.status != AD_OK && info->steps < most && info->t >= c->reached) {
+        c->reached = info->t;
+        c->why = lost;
+    }
     if (s->interrupted)
         ad_fail(error, AD_E_ACCURACY, "interrupted while a method was looked for");
     else if (lost.status != AD_OK && lost.status != AD_E_NONFINITE && lost.status != AD_E_ACCURACY)
@@ -273,8 +279,9 @@ static bool has_series(const struct solving *s, struct ad_error *error)
     return has;
 }
 
-static enum ad_status out_of_reach(const struct solving *s, bool rounding, struct ad_error *error)
+static enum ad_status out_of_reach(const struct candidate *c, bool rounding, struct ad_error *error)
 {
+    const struct solving *s = c->solving;
     const char *const cause = rounding ? "by rounding of forces whose terms cancel: write L without"
                                          " large terms that cancel, or allow a larger one"
                                        : "by rounding, chaos or work; allow a larger one or take"
@@ -288,6 +295,9 @@ static enum ad_status out_of_reach(const struct solving *s, bool rounding, struc
     if (!nearest && rounding)
         return ad_fail(error, AD_E_ACCURACY, "an error of %g is out of reach, limited %s",
                        s->settings->error, cause);
+    if (!nearest && c->why.status != AD_OK)
+        return ad_fail(error, AD_E_ACCURACY, "an error of %g is out of reach: %s",
+                       s->settings->error, c->why.message);
     if (!nearest)
         return ad_fail(error, AD_E_ACCURACY,
                        "an error of %g: no method reaches t = %g in %d steps: a collision, a "
@@ -324,7 +334,7 @@ enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error)
             chosen = c.trial;
     }
     if (!chosen)
-        return out_of_reach(s, rounding, error);
+        return out_of_reach(&c, rounding, error);
     chosen->chosen = true;
     chosen->searched -= chosen->evaluations; /* the answer itself */
     m->integrator = chosen->integrator;
