@@ -73,20 +73,47 @@ void ad_points_free(ad_points *points); /* takes NULL */
 /* From now on point p is one of this series, which may differ from the model by numbers, such as
    parameters of a formula; false if it differs by more. */
 bool ad_points_put(ad_points *points, size_t p, const ad_series *series);
-/* Coefficient 0 of element i of x[k], which is not of the flow; and those of the elements of all y
-   that are not rates, from the last flow to a series. */
-void ad_points_input(ad_points *points, size_t p, size_t k, size_t i, double value);
-void ad_points_values(const ad_points *points, size_t p, ad_series *to);
+/* [AD_SERIES_POINTS] coefficients 0 of element i of x[k], which is not of the flow, to be set by
+   the caller; and of element i of y[k], which is no rate, from the last flow. */
+double *ad_points_input(ad_points *points, size_t k, size_t i);
+const double *ad_points_output(const ad_points *points, size_t k, size_t i);
 /* c [order + 1][n], the first row given; _cut: and the second, as above. */
 void ad_points_flow(ad_points *points, size_t order, double *c);
 void ad_points_flow_cut(ad_points *points, size_t order, double *c);
-/* Sums of the terms 1 to orders[p] of each series at h[p], from the last on, in sum [n]; of their
-   slopes, times h[p], in slope [n]; power [1] is h[p] to the orders[p]. `order` is the largest. */
-void ad_points_sum(const ad_points *points, size_t order, const double *c, const double *orders,
-                   const double *h, double *sum, double *slope, double *power);
-/* finite [1] is 0 where coefficients 1 to orders[p] are finite. */
-void ad_points_finite(const ad_points *points, size_t order, const double *c, const double *orders,
-                      double *finite);
+/* Steps of the solution along its series at all points (Jorba and Zou), each of its own order and
+   length: of vectors, [order + 1][n], [n] and [1]. */
+#define AD_POINTS_VECTORS(_)                                                                       \
+    _(start)       /* [order + 1][n] coefficients about the steps' starts */                       \
+    _(end)         /* and about their ends */                                                      \
+    _(y)           /* [n] the starts */                                                            \
+    _(cut)         /* what rounding cut off them */                                                \
+    _(next)        /* ends */                                                                      \
+    _(next_cut)    /* and of those */                                                              \
+    _(slope)       /* h times the slopes of the series at the ends */                              \
+    _(least)       /* what a number may err where it is 0 */                                       \
+    _(share)       /* [1] what it may err more, in units of it */                                  \
+    _(tolerance)   /* relative, of a step */                                                       \
+    _(orders)      /* of series about starts; 0: no step */                                        \
+    _(next_orders) /* and ends */                                                                  \
+    _(h)           /* lengths */                                                                   \
+    _(power)       /* h to the order */                                                            \
+    _(radius)      /* of convergence, its binary logarithm */                                      \
+    _(last)        /* largest of the last coefficients, in units of what is allowed */             \
+    _(worst)       /* which that is */                                                             \
+    _(norm)        /* of the errors, in the same units */                                          \
+    _(lost)        /* 0 where coefficients about the end are finite */
+struct ad_points_steps {
+#define AD_POINTS_VECTOR(name) double *name;
+    AD_POINTS_VECTORS(AD_POINTS_VECTOR)
+#undef AD_POINTS_VECTOR
+};
+/* radius, last and worst, from start, y and orders; next, next_cut, slope and power, from start, y,
+   cut, orders and h; norm, worst and lost, from these and end. orders: the least that is not 0, and
+   the largest; of the ends. */
+void ad_points_radius(const ad_points *points, const struct ad_points_steps *steps, size_t least,
+                      size_t most);
+void ad_points_sum(const ad_points *points, const struct ad_points_steps *steps, size_t most);
+void ad_points_norm(const ad_points *points, const struct ad_points_steps *steps, size_t most);
 
 /* Number of kinks that values depend on: comparisons (abs, relu, min, max, select), and |x| by
    another name, such as sqrt(x^2), hypot(x, 0), acos(cos x). A series follows the branch taken at

@@ -37,7 +37,11 @@ static jet binary(struct jet_builder *to, enum ad_op op, jet x, jet y)
 #define pow_base(x, y) (x)
 #define pow_exponent(x, y) (x)
 
-double ad_jet_value(enum ad_op op, double a, double b, double c) { return value_of(op, a, b, c); }
+double ad_jet_value(enum ad_op op, double a, double b, double c)
+{
+    const bool turns = op == AD_OP_sin || op == AD_OP_cos;
+    return turns ? ad_jet_circle(a, op == AD_OP_cos) : value_of(op, a, b, c);
+}
 
 /* What a unary operation y of x, or a binary one of a and b, changes by. */
 static void derivatives(struct jet_builder *to, enum ad_op op, jet a, jet b, jet y, jet d[2])

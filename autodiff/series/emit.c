@@ -9,8 +9,11 @@
 
 /* The words that the text is written in: of one point, and of many. */
 static const char one_point[] =
-    "typedef double real;\n#define root(x) __builtin_sqrt(x)\n"
+    "typedef double real;\ntypedef long long mask;\n#define root(x) __builtin_sqrt(x)\n"
     "#define pick(c, x, y) ((c) ? (x) : (y))\n"
+    "static inline mask bits_of(real x)\n"
+    "{ mask bits; __builtin_memcpy(&bits, &x, sizeof bits); return bits; }\n"
+    "static inline int is_near(real x) { return x > -1e5 && x < 1e5; }\n"
     "#define call(j, a, b, c, d) value(jets + (j), (const double[]){a, b, c, d})\n"
     "#define power(j, x) ((x) > 1e-200 && (x) < 1e200 ? 1 / ((x) * root(x))"
     " : call(j, x, 0, 0, 0))\n";
@@ -20,6 +23,10 @@ static const char many_points[] =
     "typedef double function(const char *, const double *);\n"
     "static inline real pick(mask c, real x, real y)\n"
     "{ return (real)(((mask)x & c) | ((mask)y & ~c)); }\n"
+    "#define bits_of(x) (mask)(x)\n"
+    "static inline int is_near(real x)\n"
+    "{ int near = 1; for (int l = 0; l < 8; l++) near &= x[l] > -1e5 && x[l] < 1e5; return near; "
+    "}\n"
     "static inline real root(real x)\n"
     "{ for (int l = 0; l < 8; l++) x[l] = __builtin_sqrt(x[l]); return x; }\n"
     "static inline real call_each(function *value, const char *jet, real a, real b, real c, real "
@@ -32,6 +39,19 @@ static const char many_points[] =
     " return y; }\n"
     "#define call(j, a, b, c, d) call_each(value, jets + (j), a, b, c, d)\n"
     "#define power(j, x) power_each(value, jets + (j), x)\n";
+
+/* Of both: turn sets y to the sine or cosine of x, the value of jet j. */
+#define CIRCLE(...) #__VA_ARGS__
+static const char both[] =
+#include "circle.def"
+    "\n#define turn(y, j, x, quarter) y = circle(x, quarter); "
+    "if (!is_near(x)) y = call(j, x, zero, zero, zero)\n";
+
+#define NAME(name) "real *" #name ";"
+#define STEPS(...) #__VA_ARGS__
+static const char steps[] = "struct steps {" AD_POINTS_VECTORS(NAME) "};\n"
+#include "steps.def"
+    ;
 
 void ad_emit_name(const struct emit *e, uint32_t id)
 {
@@ -68,11 +88,14 @@ static void declare(const struct emit *e, size_t n)
           "#pragma GCC optimize(\"fp-contract=off\", \"no-tree-forwprop\")\n#endif\n",
           e->out);
     fputs(e->many ? many_points : one_point, e->out);
+    fputs(both, e->out);
     fprintf(e->out,
             "typedef real v1;\ntypedef __SIZE_TYPE__ size_t;\nenum { M = %zu, ROW = %zu };\n"
+            "#if defined __AVX512F__ && %d\n#define hold(x) __asm__(\"\" : \"+v\"(x))\n#else\n"
+            "#define hold(x)\n#endif\n"
             "static const real zero;\n#define keep(c, x) pick(c, x, zero)\n"
             "#define z(x, y) keep(((x) != 0) & ((y) != 0), (x) * (y))\n",
-            e->many ? 1 : s->stride, e->l.row);
+            e->many ? 1 : s->stride, e->l.row, e->many);
     fputs("void run0(double value(const char *, const double *), const char *jets,"
           " real *restrict m, const real *restrict u, real *restrict packs,"
           " real *restrict c, size_t order)\n{\n",
@@ -111,31 +134,9 @@ static void declare(const struct emit *e, size_t n)
 
 /* ---- all ---- */
 
-/* Sums of series whose order differs from point to point: terms beyond it are left out. */
-static void sums(const struct emit *e)
-{
-    fprintf(e->out,
-            "void run1(const real *restrict c, const real *restrict least, const real *restrict h,"
-            " size_t order, real *restrict sum, real *restrict slope, real *restrict power)\n"
-            "{\nreal f[order + 1], g[order + 1];\nf[1] = g[1] = *h;\n"
-            "*power = pick(*least == 1, *h, zero);\n"
-            "for (size_t k = 2; k <= order; k++) {\nf[k] = f[k / 2] * f[k - k / 2];\n"
-            "g[k] = (double)k * f[k];\n*power = pick(*least == (double)k, f[k], *power);\n}\n"
-            "for (size_t i = 0; i < %zu; i++) {\nreal y = zero, d = zero;\n"
-            "for (size_t k = order; k > 0; k--) {\n"
-            "const real x = c[k * %zu + i];\nconst mask in = *least >= (double)k;\n"
-            "y = pick(in, y + x * f[k], y);\nd = pick(in, d + x * g[k], d);\n}\n"
-            "sum[i] = y;\nslope[i] = d;\n}\n}\n"
-            "void run2(const real *restrict c, const real *restrict least, size_t order,"
-            " real *restrict none)\n{\nreal sum = zero;\n"
-            "for (size_t k = 1; k <= order; k++)\nfor (size_t i = 0; i < %zu; i++)\n"
-            "sum += keep(*least >= (double)k, 0 * c[k * %zu + i]);\n*none = sum;\n}\n",
-            e->s->n_flow, e->s->n_flow, e->s->n_flow, e->s->n_flow);
-}
-
 char *ad_series_source(const ad_series *series, size_t most, bool many, size_t *packs)
 {
-    struct emit e = {.s = series, .many = many, .accumulators = most < MOST_LANES ? 12 : 24};
+    struct emit e = {.s = series, .many = many, .accumulators = most < MOST_LANES ? 12 : 16};
     char *text = NULL;
     size_t bytes;
     bool done = ad_series_lanes(series, many ? 1 : most, many ? 1 : MOST_LANES, &e.l);
@@ -146,7 +147,7 @@ char *ad_series_source(const ad_series *series, size_t most, bool many, size_t *
         declare(&e, series->n_flow);
         done = ad_emit_orders(&e, series->n_flow);
         if (many)
-            sums(&e);
+            fprintf(e.out, "enum { N = %zu };\n%s", series->n_flow, steps);
         *packs = e.l.row * (series->order + 1);
     }
     if (e.out)

@@ -12,19 +12,24 @@ static bool is_half(const struct group *g) { return g->kind == JET_SQUARE || g->
 
 static size_t accumulators(const struct group *g) { return is_half(g) ? 1 : g->n_operands; }
 
-/* Adds the product of orders x and y to accumulator p or q of pair `pair` of operands. */
+/* Adds the product of orders x and y to accumulator p or q of pair `pair` of operands; in the loop,
+   where x and y differ, these were loaded. */
 static void add(const struct emit *e, uint32_t k, uint32_t pair, char to, const char *x,
                 const char *y, char index)
 {
     const struct group *g = &e->l.groups[k];
     const uint32_t a = g->operand[2 * pair], b = g->operand[is_half(g) ? 0 : 2 * pair + 1];
+    const char *const form = *x == *y ? "a%u(%s)" : "l%u%s";
+    char first[24], second[24];
+    snprintf(first, sizeof first, form, a, x);
+    snprintf(second, sizeof second, form, b, y);
     fprintf(e->out, "%c%u_%u += ", to, k, pair);
     if (g->kind == JET_PRODUCT0)
-        fprintf(e->out, "z(a%u(%s), a%u(%s));\n", a, x, b, y);
+        fprintf(e->out, "z(%s, %s);\n", first, second);
     else if (g->kind == JET_POWER)
-        fprintf(e->out, "(w%u * %c - K) * a%u(%s) * a%u(%s);\n", k, index, a, x, b, y);
+        fprintf(e->out, "(w%u * %c - K) * %s * %s;\n", k, index, first, second);
     else
-        fprintf(e->out, "a%u(%s) * a%u(%s);\n", a, x, b, y);
+        fprintf(e->out, "%s * %s;\n", first, second);
 }
 
 static uint32_t pairs(const struct group *g) { return g->n_operands > 2 ? 2 : 1; }
@@ -35,8 +40,20 @@ struct pass {
     uint32_t *groups, n; /* [n_groups] */
     bool *done;          /* [n_groups] */
     uint32_t *loaded;    /* [n_packs] the last loop that has it */
+    uint32_t *held;      /* [n_packs] and whose text does */
     uint32_t number;
 };
+
+/* Loads orders i and j of a pack before their first use in the loop: once, as compilers do not by
+   themselves, and loads are what limits it. */
+static void load(const struct emit *e, const struct pass *loop, uint32_t pack)
+{
+    if (loop->held[pack] == loop->number)
+        return;
+    loop->held[pack] = loop->number;
+    fprintf(e->out, "v%u l%ui = a%u(i), l%uj = a%u(j);\nhold(l%ui);\nhold(l%uj);\n",
+            e->l.packs[pack].width, pack, pack, pack, pack, pack, pack);
+}
 
 static void take(const struct emit *e, struct pass *loop, uint32_t k)
 {
@@ -87,6 +104,8 @@ static void write_loop(const struct emit *e, const struct pass *loop)
           e->out);
     for (uint32_t i = 0; i < loop->n; i++)
         for (uint32_t k = loop->groups[i], r = 0; r < pairs(&e->l.groups[k]); r++) {
+            for (uint32_t o = 2 * r; o < e->l.groups[k].n_operands && o < 2 * r + 2; o++)
+                load(e, loop, e->l.groups[k].operand[o]);
             add(e, k, r, 'p', "i", "j", 'I');
             if (!is_half(&e->l.groups[k]))
                 add(e, k, r, 'q', "j", "i", 'J');
@@ -107,11 +126,12 @@ static bool middles(const struct emit *e)
 {
     struct pass loop = {.groups = calloc(e->l.n_groups + 1, sizeof *loop.groups),
                         .done = calloc(e->l.n_groups + 1, sizeof *loop.done),
-                        .loaded = calloc(e->l.n_packs + 1, sizeof *loop.loaded)};
-    const bool done = loop.groups && loop.done && loop.loaded;
+                        .loaded = calloc(e->l.n_packs + 1, sizeof *loop.loaded),
+                        .held = calloc(e->l.n_packs + 1, sizeof *loop.held)};
+    const bool done = loop.groups && loop.done && loop.loaded && loop.held;
     while (done && next_loop(e, &loop))
         write_loop(e, &loop);
-    AD_FREE(loop.groups, loop.done, loop.loaded);
+    AD_FREE(loop.groups, loop.done, loop.loaded, loop.held);
     return done;
 }
 

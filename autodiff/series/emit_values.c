@@ -7,6 +7,11 @@ static void evaluate(const struct emit *e, uint32_t id)
     const struct jet *it = &e->s->jets[id];
     const uint32_t a = it->a, b = it->b;
     const size_t n = e->s->n_flow, cuts = ad_jet_cuts(it, n);
+    if (it->kind == JET_INTEGRAL && (it->op == AD_OP_sin || it->op == AD_OP_cos)) {
+        fprintf(e->out, "real y%u; turn(y%u, %zu, y%u, %d);\n", id, id, id * sizeof *it, a,
+                it->op == AD_OP_cos);
+        return;
+    }
     fprintf(e->out, "const real y%u = ", id);
     switch (it->kind) {
     case JET_COMBINE:

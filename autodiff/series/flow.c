@@ -53,7 +53,7 @@ void *ad_series_load(const ad_series *s, bool many, bool build, size_t *packs,
     char *source =
         ad_native_full_source(ad_series_source(s, lanes_of(isa), many, packs), isa, &compiler);
     if (source)
-        library = ad_native_load(source, isa, build ? &compiler : NULL, many ? 3 : 1, functions,
+        library = ad_native_load(source, isa, build ? &compiler : NULL, many ? 4 : 1, functions,
                                  NULL, note);
     else
         ad_fail(note, AD_E_MEMORY, "out of memory");

@@ -66,6 +66,9 @@ struct ad_series {
 /* Coefficient 0 of a jet from those of its operands: of a, b, da and db. */
 double ad_jet_evaluate(const struct jet *it, const double x[4]);
 
+/* sin x, or cos x (quarter 1): see circle.def. */
+double ad_jet_circle(double x, int quarter);
+
 /* Coefficients 1 to `order` of the flow, from those of order 0: machine code, which
    does the same operations in the same order as ad_series_advance (flow.c, emit.c, lanes.c).
    `coefficients` has inputs that are not of the flow, and receives the values of outputs that are
@@ -100,10 +103,9 @@ static inline size_t ad_jet_cuts(const struct jet *it, size_t n)
 static inline double ad_series_example_cut(double x) { return x * 0x1p-54; }
 /* ad_series_flow by the interpreter. */
 void ad_series_interpret(ad_series *s, size_t n, size_t order, double *c);
-/* ad_points_sum and ad_points_finite. */
-typedef void ad_sums_code(const double *c, const double *orders, const double *h, size_t order,
-                          double *sum, double *slope, double *power);
-typedef void ad_finite_code(const double *c, const double *orders, size_t order, double *finite);
+/* ad_points_sum and ad_points_norm; ad_points_radius. */
+typedef void ad_steps_code(const struct ad_points_steps *steps, size_t most);
+typedef void ad_radius_code(const struct ad_points_steps *steps, size_t first, size_t last);
 
 /* A series being built. */
 struct jet_builder {

@@ -13,8 +13,8 @@ enum { P = AD_SERIES_POINTS };
 struct ad_points {
     void *library;
     ad_flow_code *run;
-    ad_sums_code *sums;
-    ad_finite_code *finite;
+    ad_steps_code *sum, *norm;
+    ad_radius_code *radius;
     const ad_series *model;
     size_t n;
     double *values, *numbers, *packs; /* [jets][P] twice, and of the code */
@@ -31,18 +31,15 @@ void ad_points_free(ad_points *points)
 
 static double *vectors(size_t n) { return aligned_alloc(64, (n + 1) * P * sizeof(double)); }
 
-void ad_points_input(ad_points *points, size_t p, size_t k, size_t i, double value)
+double *ad_points_input(ad_points *points, size_t k, size_t i)
 {
-    if (points && p < P)
-        points->values[(points->model->first_input[k] + i) * P + p] = value;
+    return points ? points->values + (points->model->first_input[k] + i) * P : NULL;
 }
 
-void ad_points_values(const ad_points *points, size_t p, ad_series *to)
+const double *ad_points_output(const ad_points *points, size_t k, size_t i)
 {
-    if (!points || !to || p >= P)
-        return;
-    for (size_t i = to->n_input; i < to->n_output; i++)
-        to->coefficients[to->output[i] * to->stride] = points->values[to->output[i] * P + p];
+    const ad_series *s = points ? points->model : NULL;
+    return s ? points->values + s->output[s->first_output[k] + i] * P : NULL;
 }
 
 void ad_points_flow(ad_points *points, size_t order, double *c)
@@ -61,20 +58,24 @@ void ad_points_flow_cut(ad_points *points, size_t order, double *c)
                 points->packs, c, order);
 }
 
-void ad_points_sum(const ad_points *points, size_t order, const double *c, const double *orders,
-                   const double *h, double *sum, double *slope, double *power)
+void ad_points_sum(const ad_points *points, const struct ad_points_steps *steps, size_t most)
 {
-    if (!points || !c || !orders || !h || !sum || !slope || !power)
-        return;
-    points->sums(c, orders, h, order, sum, slope, power);
+    if (points && steps)
+        points->sum(steps, most);
 }
 
-void ad_points_finite(const ad_points *points, size_t order, const double *c, const double *orders,
-                      double *finite)
+void ad_points_norm(const ad_points *points, const struct ad_points_steps *steps, size_t most)
 {
-    if (!points || !c || !orders || !finite)
-        return;
-    points->finite(c, orders, order, finite);
+    if (points && steps)
+        points->norm(steps, most);
+}
+
+void ad_points_radius(const ad_points *points, const struct ad_points_steps *steps, size_t least,
+                      size_t most)
+{
+    enum { LOOKS = 4 };
+    if (points && steps)
+        points->radius(steps, least < LOOKS ? 1 : least - LOOKS + 1, most);
 }
 
 /* Whether the code for `a` is that for b: numbers that the text depends on are equal. */
@@ -107,10 +108,11 @@ static double beside(double x, size_t p) { return x * (1 + 0x1p-12 * (double)p);
 static bool same(double a, double b) { return a == b || (isnan(a) && isnan(b)); }
 
 /* Whether point p of the flow and of its sums is what the interpreter makes of it. */
-static bool agrees_at(const ad_points *points, ad_series *s, size_t p, const double *got,
-                      const double *sum, const double *slope, double h, double *c)
+static bool agrees_at(const ad_points *points, ad_series *s, size_t p,
+                      const struct ad_points_steps *steps, double *c)
 {
     const size_t n = points->n, order = s->order;
+    const double *got = steps->start, *sum = steps->next, *slope = steps->slope, h = steps->h[p];
     double power[2] = {0};
     bool agrees = true;
     for (size_t i = 0; i < s->n_input; i++)
@@ -138,35 +140,43 @@ static bool agrees_at(const ad_points *points, ad_series *s, size_t p, const dou
 static bool agrees(ad_points *points, ad_series *s)
 {
     const size_t n = points->n, rows = s->order + 1;
-    double orders[P], h[P], *c = malloc(rows * n * sizeof *c), *got = vectors(rows * n),
-                            *sum = vectors(2 * n + 4);
-    bool agrees = c && got && sum;
+    double *c = malloc(rows * n * sizeof *c), *memory = vectors(rows * n + 5 * n + 3);
+    bool agrees = c && memory;
+    if (agrees)
+        memset(memory, 0, (rows * n + 5 * n + 3) * P * sizeof *memory);
+    double *got = memory, *work = memory + (rows + 5) * n * P;
+    const struct ad_points_steps steps = {.start = got,
+                                          .y = got + rows * n * P,
+                                          .cut = got + (rows + 1) * n * P,
+                                          .next = got + (rows + 2) * n * P,
+                                          .next_cut = got + (rows + 3) * n * P,
+                                          .slope = got + (rows + 4) * n * P,
+                                          .orders = work,
+                                          .h = work + P,
+                                          .power = work + 2 * P};
     for (size_t i = 0; agrees && i < s->n_input; i++)
         for (size_t p = 0; p < P; p++)
             (i < n ? got : points->values)[i * P + p] = beside(s->coefficients[i * s->stride], p);
     for (size_t k = 0; agrees && k < n * P; k++)
         got[n * P + k] = ad_series_example_cut(got[k]);
-    for (size_t p = 0; p < P; p++) {
-        orders[p] = (double)s->order;
-        h[p] = 0.5;
+    for (size_t p = 0; agrees && p < P; p++) {
+        steps.orders[p] = (double)s->order;
+        steps.h[p] = 0.5;
     }
     if (agrees) {
-        double *at = sum + 2 * n * P;
-        memcpy(at, orders, sizeof orders);
-        memcpy(at + P, h, sizeof h);
         ad_points_flow_cut(points, s->order, got);
-        ad_points_sum(points, s->order, got, at, at + P, sum, sum + n * P, at + 2 * P);
+        ad_points_sum(points, &steps, s->order);
         for (size_t p = P; p-- > 0;) /* the model's point last, where it was */
-            agrees = agrees && agrees_at(points, s, p, got, sum, sum + n * P, h[p], c);
+            agrees = agrees && agrees_at(points, s, p, &steps, c);
     }
-    AD_FREE(c, got, sum);
+    AD_FREE(c, memory);
     return agrees;
 }
 
 ad_points *ad_points_new(ad_series *model, size_t n, bool build, struct ad_error *note)
 {
     struct ad_error own = {0};
-    ad_segment_code *functions[3] = {NULL};
+    ad_segment_code *functions[4] = {NULL};
     size_t packs = 0;
     ad_points *points = calloc(1, sizeof *points);
     if (!note)
@@ -184,8 +194,9 @@ ad_points *ad_points_new(ad_series *model, size_t n, bool build, struct ad_error
                           .numbers = vectors(model->n),
                           .packs = vectors(packs)};
     points->run = (ad_flow_code *)(void (*)(void))functions[0];
-    points->sums = (ad_sums_code *)(void (*)(void))functions[1];
-    points->finite = (ad_finite_code *)(void (*)(void))functions[2];
+    points->sum = (ad_steps_code *)(void (*)(void))functions[1];
+    points->norm = (ad_steps_code *)(void (*)(void))functions[2];
+    points->radius = (ad_radius_code *)(void (*)(void))functions[3];
     bool good = points->library && points->values && points->numbers && points->packs;
     for (size_t p = 0; good && p < P; p++)
         good = ad_points_put(points, p, model);

@@ -65,7 +65,7 @@ static enum ad_status longest(struct phys_stepper *s, const struct phys_toleranc
     if (expand_start(s, error) != AD_OK)
         return error->status;
     weigh(s, tolerance);
-    *h = phys_taylor_length(s, coefficients(s, false), 1);
+    *h = phys_taylor_length(s, coefficients(s, false));
     return AD_OK;
 }
 
@@ -148,7 +148,7 @@ static enum ad_status error_norm(struct phys_stepper *s, const struct phys_toler
         return error->status;
     memcpy(s->next_rate, coefficients(s, true) + s->n, s->n * sizeof *s->next_rate);
     s->has_next_rate = true;
-    *norm = phys_taylor_norm(s, tolerance, slopes(s), s->next_rate, 1);
+    *norm = phys_taylor_norm(s, tolerance, slopes(s), s->next_rate);
     return AD_OK;
 }
 

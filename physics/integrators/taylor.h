@@ -1,5 +1,5 @@
 /* The step of the Taylor series, shared by that of one motion (taylor.c) and that of many at once
-   (taylor_points.c), whose numbers lie `stride` apart: the same operations, so the same bits. */
+   (taylor_points.c), which does the same operations, so to the same bits. */
 #ifndef PHYSICS_INTEGRATORS_TAYLOR_H
 #define PHYSICS_INTEGRATORS_TAYLOR_H
 
@@ -53,13 +53,13 @@ static inline double *weights(const struct phys_stepper *s) { return slopes(s) +
 enum ad_status phys_taylor_expand_end(struct phys_stepper *s, struct ad_error *error);
 
 /* Largest of the coefficients of order k in units of what is allowed; s->worst is its component. */
-static inline double size_of(struct phys_stepper *s, const double *c, size_t stride, size_t k)
+static inline double size_of(struct phys_stepper *s, const double *c, size_t k)
 {
     const double *weight = weights(s);
     double most = 0;
     size_t worst = s->worst;
     for (size_t i = 0; i < s->n; i++) {
-        double x = fabs(c[(k * s->n + i) * stride]) * weight[i];
+        double x = fabs(c[k * s->n + i]) * weight[i];
         worst = x > most ? i : worst;
         most = x > most ? x : most;
     }
@@ -99,32 +99,38 @@ static inline void phys_taylor_tune(struct phys_stepper *s, const struct phys_to
 
 /* The radius of convergence as the last coefficients show it, of which some may be small by chance,
    times what makes the last term that is kept as small as allowed, and a little less. */
-static inline double phys_taylor_length(struct phys_stepper *s, const double *c, size_t stride)
+static inline double phys_taylor_within(const struct phys_stepper *s, double log2_radius,
+                                        size_t order)
 {
     const double safety = 0.8;
+    const double x = safety * exp2(log2_radius + memory_of(s)->log2_tol / (double)order);
+    return x < DBL_MAX ? x : DBL_MAX;
+}
+
+static inline double phys_taylor_length(struct phys_stepper *s, const double *c)
+{
     struct memory *m = memory_of(s);
     const size_t order = m->order;
     double radius = INFINITY; /* its logarithm */
     for (size_t k = order - LOOKS + 1; k <= order; k++) {
-        double size = m->tol * (m->last = size_of(s, c, stride, k));
+        double size = m->tol * (m->last = size_of(s, c, k));
         double x = -about_log2(size) / (double)k;
         radius = size > 0 && x < radius ? x : radius;
     }
-    double x = safety * exp2(radius + m->log2_tol / (double)order);
-    return x < DBL_MAX ? x : DBL_MAX;
+    return phys_taylor_within(s, radius, order);
 }
 
 /* The last term; and the defect at the step's end, y' - f, where it is not rounding: there the
    series of this point knows nothing of what comes. */
 static inline double phys_taylor_norm(struct phys_stepper *s,
                                       const struct phys_tolerance *tolerance, const double *slope,
-                                      const double *rates, size_t stride)
+                                      const double *rates)
 {
     const double slack = 1e3, rounding = 1e3 * DBL_EPSILON;
     double most = memory_of(s)->last_term;
     for (size_t i = 0; i < s->n; i++) {
-        double rate = s->h * rates[i * stride], before = fabs(s->y[i]), after = fabs(s->next[i]);
-        double y = before > after ? before : after, miss = fabs(slope[i * stride] - rate);
+        double rate = s->h * rates[i], before = fabs(s->y[i]), after = fabs(s->next[i]);
+        double y = before > after ? before : after, miss = fabs(slope[i] - rate);
         double allowed = slack * phys_allowed(tolerance, i, y) + rounding * (y + fabs(rate));
         if (!(miss <= most * allowed) && miss != 0) {
             most = miss / allowed;

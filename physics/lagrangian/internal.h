@@ -61,13 +61,14 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
 /* Whether it runs as machine code now. */
 bool phys_motion_series_compiled(const struct phys_motion_series *series);
 /* Many at once (autodiff/series.h) of series that are alike but for parameters; the first must
-   outlive the points, and has been evaluated. NULL: not as machine code. _begin before a flow, _end
-   after it: false where the mass matrix has no inverse by that flow. */
+   outlive the points, and has been evaluated. NULL: not as machine code. _times: [AD_SERIES_POINTS]
+   to be set before a flow. _end after it: lost [AD_SERIES_POINTS] is not 0 where the mass matrix
+   has no inverse by that flow. */
 ad_points *phys_motion_points(struct phys_motion_series *series, bool build);
 bool phys_motion_points_put(ad_points *points, size_t p, const struct phys_motion_series *series);
-void phys_motion_points_begin(ad_points *points, size_t p, const struct phys_motion_series *series,
-                              double t);
-bool phys_motion_points_end(const ad_points *points, size_t p, struct phys_motion_series *series);
+double *phys_motion_points_times(ad_points *points, const struct phys_motion_series *model);
+void phys_motion_points_end(const ad_points *points, const struct phys_motion_series *model,
+                            double *lost);
 /* The unit matrix [n x n] as a constant: the seed of lanes. */
 ad_var phys_unit_matrix(ad_tape *tape, size_t n);
 /* L_vv [dof x dof] at q, v [dof x 1] and t, where p [dof x 1] is L_v; or the sums of its columns of

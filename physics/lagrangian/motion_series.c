@@ -13,6 +13,7 @@
 #include "autodiff/derivatives.h"
 #include "autodiff/series.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -379,18 +380,36 @@ ad_points *phys_motion_points(struct phys_motion_series *series, bool build)
 
 bool phys_motion_points_put(ad_points *points, size_t p, const struct phys_motion_series *series)
 {
-    return series->flow && ad_points_put(points, p, series->flow);
+    const bool singular = series->constant_mass && phys_motion_is_singular(series->motion);
+    return series->flow && !singular && ad_points_put(points, p, series->flow);
 }
 
-void phys_motion_points_begin(ad_points *points, size_t p, const struct phys_motion_series *series,
-                              double t)
+double *phys_motion_points_times(ad_points *points, const struct phys_motion_series *model)
 {
-    ad_points_input(points, p, flow_time(series), 0, t);
+    return ad_points_input(points, flow_time(model), 0);
 }
 
-bool phys_motion_points_end(const ad_points *points, size_t p, struct phys_motion_series *series)
+/* is_definite. */
+void phys_motion_points_end(const ad_points *points, const struct phys_motion_series *model,
+                            double *lost)
 {
-    if (!series->constant_mass)
-        ad_points_values(points, p, series->flow);
-    return is_definite(series);
+    enum { P = AD_SERIES_POINTS };
+    const size_t n = model->constant_mass ? 0 : model->dof, M = flow_inputs(model);
+    double positive[P] = {0};
+    for (size_t k = 0; k < n; k++) {
+        const double *d = ad_points_output(points, M + 1, k);
+        double column[P] = {0};
+        for (size_t i = 0; i < n; i++) {
+            const double *entry = ad_points_output(points, M, k * n + i);
+            for (size_t p = 0; p < P; p++)
+                column[p] = fabs(entry[p]) > column[p] ? fabs(entry[p]) : column[p];
+        }
+        for (size_t p = 0; p < P; p++) {
+            const double pivot = fabs(d[p]);
+            lost[p] = !(pivot > 0) || column[p] / pivot > PHYS_MASS_SINGULAR ? 1 : lost[p];
+            positive[p] += d[p] > 0;
+        }
+    }
+    for (size_t p = 0; p < P && n; p++)
+        lost[p] = positive[p] == 0 || positive[p] == (double)n ? lost[p] : 1;
 }

@@ -5,12 +5,18 @@
 #include "solving.h"
 #include "physics/system/internal.h"
 #include "autodiff/clock.h"
+#include "autodiff/series.h"
 #include "autodiff/exec/pool.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { CHUNK = 32, TRIES = 3, SERIES_DOF = 32 /* beyond, dop853 costs less */ };
+enum {
+    CHUNK = 128 /* members at most */,
+    CHUNKS = 8 /* of each thread at least */,
+    TRIES = 3,
+    SERIES_DOF = 32 /* beyond, dop853 costs less */
+};
 static const double default_tolerance = 1e-9, aim = 0.3;
 static const double worth = 0.3; /* seconds of all members that pay for compiling */
 
@@ -19,6 +25,7 @@ static const double worth = 0.3; /* seconds of all members that pay for compilin
 struct team {
     struct ensemble_task task;
     size_t threads, first;           /* chunk of those that threads run now */
+    size_t chunk;                    /* its members */
     struct ensemble_worker **worker; /* [threads] */
 };
 
@@ -60,10 +67,10 @@ static void run_chunk(void *context, size_t thread, size_t k)
     struct ensemble_item items[CHUNK];
     size_t n = 0, left = 0;
     k += team->first;
-    for (size_t i = k * CHUNK; i < task->ensemble->n && n < CHUNK; i++, n++)
+    for (size_t i = k * team->chunk; i < task->ensemble->n && n < team->chunk; i++, n++)
         items[n] = (struct ensemble_item){i, false, measured ? &track[n] : NULL};
     if (is_interrupted(task->ensemble)) {
-        forget(task->ensemble, k * CHUNK, k * CHUNK + n);
+        forget(task->ensemble, k * team->chunk, k * team->chunk + n);
         return;
     }
     for (size_t try = 0; n > 0; try++, n = left, left = 0) {
@@ -136,9 +143,19 @@ static void run_first(const struct team *team)
     e->vectors = at_once != 1 && e->n > 1 && phys_ensemble_worker_join(team->worker[0], pays);
 }
 
+/* As many as keep all places busy but at the end, and all threads. */
+static size_t chunk_of(const struct team *team)
+{
+    const struct ad_ranks *ranks = team->task.settings->ranks;
+    const size_t teams = team->threads * (ranks ? ranks->count : 1);
+    const size_t share =
+        team->task.ensemble->n / (CHUNKS * teams) / AD_SERIES_POINTS * AD_SERIES_POINTS;
+    return share < AD_SERIES_POINTS ? AD_SERIES_POINTS : share < CHUNK ? share : CHUNK;
+}
+
 static size_t chunks_of(const struct team *team)
 {
-    return (team->task.ensemble->n + CHUNK - 1) / CHUNK;
+    return (team->task.ensemble->n + team->chunk - 1) / team->chunk;
 }
 
 /* A chunk for each thread; the result is the rank. */
@@ -158,7 +175,7 @@ static enum ad_status run_ranks(struct team *team, struct ad_error *error)
     struct phys_ensemble *e = team->task.ensemble;
     struct ad_ranks *ranks = team->task.settings->ranks;
     const size_t shares = (chunks_of(team) + team->threads - 1) / team->threads;
-    const size_t members = team->threads * CHUNK;
+    const size_t members = team->threads * team->chunk;
     size_t *rank = calloc(shares, sizeof *rank);
     if (!rank)
         ad_fail(error, AD_E_MEMORY, "out of memory");
@@ -180,6 +197,7 @@ static enum ad_status run_all(struct team *team, struct ad_error *error)
     struct phys_ensemble *e = team->task.ensemble;
     struct ad_ranks *ranks = team->task.settings->ranks;
     const size_t threads = team->threads;
+    team->chunk = chunk_of(team);
     team->worker = calloc(threads, sizeof *team->worker);
     for (size_t k = 0; team->worker && k < threads; k++)
         if (!(team->worker[k] = phys_ensemble_worker_new(&team->task, error)))

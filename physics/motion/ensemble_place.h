@@ -13,6 +13,7 @@ struct ensemble_place {
     const struct ensemble_task *task;
     struct ensemble_item item;
     bool busy, again; /* the last attempt at a step was rejected */
+    bool within;      /* a step was taken, which may have samples */
     struct run run;
     struct phys_simulation_info info;
     struct ad_error error;

@@ -42,8 +42,7 @@ static bool join(struct ensemble_worker *w, size_t p)
 
 static void end(struct ensemble_worker *w, size_t p)
 {
-    w->points->stepper[p] = NULL;
-    w->points->order[p] = 0;
+    phys_taylor_points_take(w->points, p);
     phys_place_finish(&w->place[p]);
 }
 
@@ -59,18 +58,19 @@ static void prepare(struct ensemble_worker *w, size_t p)
             end(w, p);
             return;
         }
-        phys_run_propose(run, phys_taylor_points_longest(w->points, p, &run->tolerance));
+        phys_run_propose(run, phys_taylor_points_longest(w->points, p));
     }
     if (phys_run_length(run, &place->error) != AD_OK)
         end(w, p);
 }
 
 /* Whether the step is taken, or the series about the start is there. */
-static bool conclude(struct ensemble_worker *w, size_t p, const struct ad_error *cause)
+static bool judge(struct ensemble_worker *w, size_t p, const struct ad_error *cause)
 {
     struct ensemble_place *place = &w->place[p];
     struct run *run = &place->run;
     bool first = w->points->order[p] == 0, lost = cause->status == AD_E_NONFINITE;
+    place->within = false;
     if (cause->status != AD_OK && (first || !lost)) {
         place->error = *cause;
         end(w, p);
@@ -80,26 +80,71 @@ static bool conclude(struct ensemble_worker *w, size_t p, const struct ad_error 
         return true;
     if (lost)
         run->cause = *cause;
-    place->again = !phys_run_judge(
-        run, lost ? (double)INFINITY : phys_taylor_points_norm(w->points, p, &run->tolerance));
+    place->again = !phys_run_judge(run, lost ? (double)INFINITY : w->points->at.norm[p]);
     if (place->again)
         return false;
-    if (phys_run_looks_inside(run))
+    if (run->table)
         phys_taylor_points_fetch(w->points, p);
-    if (phys_run_accept(run, &place->error) != AD_OK)
-        end(w, p);
-    else
-        phys_place_track(place);
-    return true;
+    place->within = true;
+    if (phys_run_settle(run, &place->error) == AD_OK)
+        return true;
+    end(w, p);
+    return false;
+}
+
+/* The samples within the steps that were taken, the next one of each place at once. */
+static void sample_together(struct ensemble_worker *w)
+{
+    const size_t n = w->points->n;
+    bool due[AD_SERIES_POINTS], any;
+    do {
+        double theta[AD_SERIES_POINTS] = {0};
+        any = false;
+        for (size_t p = 0; p < AD_SERIES_POINTS; p++) {
+            const struct run *run = &w->place[p].run;
+            due[p] = w->place[p].within && !run->table && phys_run_sample_within(run, &theta[p]);
+            any |= due[p];
+        }
+        const double *y = any ? phys_taylor_points_at(w->points, theta) : NULL;
+        for (size_t p = 0; p < AD_SERIES_POINTS; p++) {
+            struct run *run = &w->place[p].run;
+            if (!due[p])
+                continue;
+            for (size_t i = 0; i < n; i++)
+                run->point[i] = y[i * AD_SERIES_POINTS + p];
+            phys_run_give_within(run, run->point);
+        }
+    } while (any);
+}
+
+static void step_together(struct ensemble_worker *w)
+{
+    struct ad_error errors[AD_SERIES_POINTS];
+    bool taken[AD_SERIES_POINTS];
+    phys_taylor_points_step(w->points, errors);
+    for (size_t p = 0; p < AD_SERIES_POINTS; p++)
+        taken[p] = w->place[p].busy && judge(w, p, &errors[p]);
+    sample_together(w);
+    for (size_t p = 0; p < AD_SERIES_POINTS; p++) {
+        struct ensemble_place *place = &w->place[p];
+        if (!place->busy || !place->within)
+            continue;
+        if (phys_run_pass(&place->run, &place->error) == AD_OK)
+            phys_place_track(place);
+        else
+            end(w, p);
+        if (place->busy && place->run.growing)
+            phys_taylor_points_allow(w->points, p);
+    }
+    phys_taylor_points_accept(w->points, taken);
 }
 
 static void run_together(struct ensemble_worker *w, size_t n, const struct ensemble_item *items)
 {
     size_t next = 0, busy;
-    struct ad_error errors[AD_SERIES_POINTS] = {{0}};
-    bool accepted[AD_SERIES_POINTS];
     do {
         busy = 0;
+        phys_taylor_points_look(w->points);
         for (size_t p = 0; p < AD_SERIES_POINTS; p++) {
             struct ensemble_place *place = &w->place[p];
             if (place->busy)
@@ -113,13 +158,9 @@ static void run_together(struct ensemble_worker *w, size_t n, const struct ensem
             }
             busy += place->busy;
         }
-        if (busy == 0)
-            break;
-        phys_taylor_points_step(w->points, errors);
-        for (size_t p = 0; p < AD_SERIES_POINTS; p++)
-            accepted[p] = w->place[p].busy && conclude(w, p, &errors[p]);
-        phys_taylor_points_accept(w->points, accepted);
-    } while (busy);
+        if (busy > 0)
+            step_together(w);
+    } while (busy > 0);
 }
 
 void phys_ensemble_run(struct ensemble_worker *w, size_t n, const struct ensemble_item *items)

@@ -67,8 +67,12 @@ enum ad_status phys_run_open(struct run *run, const struct phys_simulation *sett
 bool phys_run_goes_on(struct run *run, struct ad_error *error);
 /* What belongs to the step that was taken: events, energy, samples. */
 enum ad_status phys_run_accept(struct run *run, struct ad_error *error);
-/* Whether that needs the polynomial of the step. */
-bool phys_run_looks_inside(const struct run *run);
+/* The same in parts, of adaptive steps: events, then samples and what is left. Between them, those
+   within the step may be given: whether there is another, where; its y. */
+enum ad_status phys_run_settle(struct run *run, struct ad_error *error);
+bool phys_run_sample_within(const struct run *run, double *theta);
+void phys_run_give_within(struct run *run, const double *y);
+enum ad_status phys_run_pass(struct run *run, struct ad_error *error);
 /* y and info as phys_simulate leaves them; in any case. */
 void phys_run_close(struct run *run, double *y);
 

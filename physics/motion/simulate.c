@@ -83,24 +83,19 @@ double phys_run_sample_time(const struct run *run, size_t i)
     return i == s->n_samples ? s->t1 : s->t0 + (s->t1 - s->t0) * (double)i / (double)s->n_samples;
 }
 
-/* Samples at times within an adaptive step. */
+/* Samples at times within an adaptive step, and at its end. */
 static enum ad_status sample_within(struct run *run, struct ad_error *error)
 {
     const struct phys_simulation *s = run->settings;
-    struct phys_stepper *m = &run->stepper;
-    double end = run->end;
-    for (; run->next_sample <= s->n_samples && run->info->stop != PHYS_SIMULATION_INTERRUPTED;
-         run->next_sample++) {
-        double t = phys_run_sample_time(run, run->next_sample);
-        if ((t - end) * run->direction > 0)
-            return AD_OK;
-        if (t == end)
-            give(run, end, m->next);
-        else if (phys_run_dense(run, ((t - m->t) - run->late) / run->whole, error) == AD_OK)
-            give(run, t, run->point);
-        else
+    double theta;
+    while (phys_run_sample_within(run, &theta)) {
+        if (phys_run_dense(run, theta, error) != AD_OK)
             return error->status;
+        phys_run_give_within(run, run->point);
     }
+    if (run->next_sample <= s->n_samples && run->info->stop != PHYS_SIMULATION_INTERRUPTED &&
+        phys_run_sample_time(run, run->next_sample) == run->end)
+        phys_run_give_within(run, run->stepper.next);
     return AD_OK;
 }
 
@@ -212,15 +207,6 @@ static enum ad_status out_of_steps(const struct run *run, struct ad_error *error
                    run->info->steps, m->t, name, m->y[m->worst]);
 }
 
-bool phys_run_looks_inside(const struct run *run)
-{
-    const struct phys_simulation *s = run->settings;
-    const struct phys_stepper *m = &run->stepper;
-    const double end = run->last ? run->target : m->t + m->h;
-    return run->table || (!s->every && run->next_sample <= s->n_samples &&
-                          (phys_run_sample_time(run, run->next_sample) - end) * run->direction < 0);
-}
-
 /* Onto the constraints, where the method does not keep them itself. */
 static enum ad_status project(struct run *run, struct ad_error *error)
 {
@@ -235,7 +221,7 @@ static enum ad_status project(struct run *run, struct ad_error *error)
                : error->status;
 }
 
-enum ad_status phys_run_accept(struct run *run, struct ad_error *error)
+enum ad_status phys_run_settle(struct run *run, struct ad_error *error)
 {
     struct phys_stepper *m = &run->stepper;
     run->dense = false;
@@ -248,10 +234,39 @@ enum ad_status phys_run_accept(struct run *run, struct ad_error *error)
     run->end = end_of_step(run);
     grow_sizes(run);
     watch_energy(run, run->end, m->next);
+    return AD_OK;
+}
+
+bool phys_run_sample_within(const struct run *run, double *theta)
+{
+    const struct phys_simulation *s = run->settings;
+    if (s->every || run->next_sample > s->n_samples ||
+        run->info->stop == PHYS_SIMULATION_INTERRUPTED)
+        return false;
+    const double t = phys_run_sample_time(run, run->next_sample);
+    if (!((t - run->end) * run->direction < 0))
+        return false;
+    *theta = ((t - run->stepper.t) - run->late) / run->whole;
+    return true;
+}
+
+void phys_run_give_within(struct run *run, const double *y)
+{
+    give(run, phys_run_sample_time(run, run->next_sample), y);
+    run->next_sample++;
+}
+
+enum ad_status phys_run_pass(struct run *run, struct ad_error *error)
+{
     if (sample(run, error) == AD_OK)
-        phys_stepper_accept(m, run->end);
+        phys_stepper_accept(&run->stepper, run->end);
     run->late = run->next_late;
     return error->status;
+}
+
+enum ad_status phys_run_accept(struct run *run, struct ad_error *error)
+{
+    return phys_run_settle(run, error) == AD_OK ? phys_run_pass(run, error) : error->status;
 }
 
 bool phys_run_goes_on(struct run *run, struct ad_error *error)

@@ -30,12 +30,13 @@ static void test_series(void **state)
     double number[AD_SERIES_POINTS] = {0.25};
     (void)state;
     assert_false(ad_points_put(NULL, 0, NULL));
-    ad_points_input(NULL, 0, 0, 0, 1);
-    ad_points_values(NULL, 0, NULL);
+    assert_null(ad_points_input(NULL, 0, 0));
+    assert_null(ad_points_output(NULL, 0, 0));
     ad_points_flow(NULL, 1, number);
     ad_points_flow_cut(NULL, 1, number);
-    ad_points_sum(NULL, 1, number, number, number, number, number, number);
-    ad_points_finite(NULL, 1, number, number, number);
+    ad_points_sum(NULL, NULL, 1);
+    ad_points_norm(NULL, NULL, 1);
+    ad_points_radius(NULL, NULL, 1, 1);
     assert_true(number[0] == 0.25);
 }
 

@@ -118,6 +118,31 @@ static ad_var moved(ad_var x) /* [3 x 4] -> [1 x 1] or wider */
                   ad_mul(ad_sum_cols(g), ad_sum_cols(ad_diff(x, 1.5, false))));
 }
 
+/* Sines and cosines have code of their own: near multiples of pi/2, where they cancel, and far. */
+static void test_circle(void **state)
+{
+    (void)state;
+    const double quarter = 1.5707963267948966;
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, 1, 1, "x"), y[2] = {ad_sin(x), ad_cos(x)};
+    ad_series *s;
+    uint64_t seed = 11;
+    assert_int_equal(ad_series_new(2, y, 1, &x, 1, &s), AD_OK);
+    for (size_t k = 0; k < 20000; k++) {
+        double at = draw(&seed, -1, 1) * (k % 3 == 0 ? 4 : k % 3 == 1 ? 1.2e5 : 1e9);
+        if (k % 5 == 0)
+            at = rint(at / quarter) * quarter * (1 + draw(&seed, -4, 4) * 0x1p-52);
+        *ad_series_input(s, 0, 0) = at;
+        ad_series_advance(s, 0);
+        const long double exact[2] = {sinl(at), cosl(at)};
+        for (size_t j = 0; j < 2; j++)
+            assert_true(fabsl(*ad_series_output(s, j, 0) - exact[j]) <=
+                        0x1p-53L * fabsl(exact[j]) * 2);
+    }
+    ad_series_free(s);
+    ad_tape_free(tape);
+}
+
 static void test_what_moves_and_sums(void **state)
 {
     (void)state;
@@ -298,6 +323,7 @@ int main(void)
         cmocka_unit_test(test_machine_code_of_every_operation),
         cmocka_unit_test(test_machine_code_of_a_random_program),
         cmocka_unit_test(test_every_elementwise_operation),
+        cmocka_unit_test(test_circle),
         cmocka_unit_test(test_what_moves_and_sums),
         cmocka_unit_test(test_differential_equations),
     };

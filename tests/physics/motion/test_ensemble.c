@@ -123,7 +123,7 @@ static struct case_of double_pendula(size_t n)
                         .motion = {.size = sizeof(struct phys_motion_settings),
                                    .time = 5,
                                    .tolerance = 1e-9,
-                                   .n_samples = 7}};
+                                   .n_samples = 70}};
     for (size_t i = 0; i < n; i++) {
         c.values[3 * i] = 3 * irregular(3 * i);
         c.values[3 * i + 1] = 2 * irregular(3 * i + 1) - 1;
@@ -174,6 +174,31 @@ static struct case_of orbits(void)
     for (size_t i = 4; i < c.n; i += 9)
         c.values[3 * i + 2] = 0; /* falls to the centre */
     return c;
+}
+
+/* Members of different tolerances, whose series have different orders. */
+static void test_orders_are_their_own(void **state)
+{
+    (void)state;
+    native_need_compiler();
+    struct case_of c = orbits();
+    struct phys_system system;
+    struct phys_ensemble e;
+    size_t different = 0;
+    c.motion.tolerance = 0;
+    c.motion.error = 1e-6;
+    for (size_t i = 0; i < c.n; i++) {
+        const double r = exp(6 * irregular(i));
+        c.values[3 * i] = r;
+        c.values[3 * i + 2] = sqrt((1 + 0.3 * irregular(i + 7)) / r);
+    }
+    solve(&c, 1, 2, &system, &e);
+    assert_true(e.vectors && e.failed == 0 && e.missed == 0);
+    for (size_t i = 1; i < e.n; i++)
+        different += fabs(log(e.member[i].tolerance / e.member[i - 1].tolerance)) > 2;
+    assert_true(different > 5);
+    compare_all(&c, &e);
+    close_all(&system, &e);
 }
 
 static void test_failures_stay_alone(void **state)
@@ -389,7 +414,7 @@ int main(void)
         cmocka_unit_test(test_members_are_motions), cmocka_unit_test(test_failures_stay_alone),
         cmocka_unit_test(test_events_of_members),   cmocka_unit_test(test_errors_are_known),
         cmocka_unit_test(test_chaos_is_unknown),    cmocka_unit_test(test_statistics),
-        cmocka_unit_test(test_kinks_take_dop853),
+        cmocka_unit_test(test_kinks_take_dop853),   cmocka_unit_test(test_orders_are_their_own),
     };
     return cmocka_run_group_tests(tests, native_open_quick, native_remove_cache);
 }
