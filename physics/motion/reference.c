@@ -40,7 +40,8 @@ static const double cut_of_another = 0.723606797749979;
 /* Of the largest distance: less than this has no digit to lose. */
 static const double negligible = 1e-6;
 
-/* How often more than its rounding a run back may miss the start. */
+/* How often more than its rounding a run back may miss the start; and how much more runs may err
+   than they differ by, where each has rounding of its own that grows. */
 static const double alike = 10;
 
 /* Settings and costs of the runs. */
@@ -52,8 +53,9 @@ struct runs {
     bool looks;                   /* for more of them along the motion */
     bool interrupted, dissipates; /* energy is not conserved */
     bool limited, exhausted;      /* to BUDGET; the last run was */
-    double longest, average;      /* step of the last run */
-    size_t steps;                 /* of the last run */
+    bool carried;            /* a tenth of the forces, or more, saw what rounding cuts off places */
+    double longest, average; /* step of the last run */
+    size_t steps;            /* of the last run */
 };
 
 static int descending(const void *a, const void *b) { return ad_ascending(b, a); }
@@ -139,6 +141,7 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
     }
     runs->interrupted |= info.stop == PHYS_SIMULATION_INTERRUPTED;
     runs->exhausted = runs->limited && lost->status == AD_E_ACCURACY && info.steps >= BUDGET;
+    runs->carried |= 10 * info.interpolations > info.steps;
     runs->longest = info.max_step;
     runs->average = fabs(info.t - times[0]) / (double)(info.steps + 1);
     runs->steps = info.steps;
@@ -232,10 +235,11 @@ static double bias(const struct runs *runs, const struct phys_reference *r, cons
 static void compare(const struct runs *runs, const double *second, size_t known,
                     const double *times, double lost, struct phys_reference *r)
 {
+    const double caution = runs->carried ? alike : 1;
     for (size_t i = 0; i < 2 * r->n; i++) {
         size_t half = i / r->n, row = i % r->n, at = (2 * row + half) * r->dof;
         r->uncertainty[i] = row < known ? DBL_EPSILON * apart(r->dof, r->x + at, NULL) +
-                                              apart(r->dof, r->x + at, second + at) +
+                                              caution * apart(r->dof, r->x + at, second + at) +
                                               bias(runs, r, times, row, half)
                                         : (double)INFINITY;
     }
