@@ -67,7 +67,7 @@ LIB_SRC := $(filter-out $(KERNELS) $(SWEEPS),$(wildcard $(foreach d,autodiff phy
 LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) \
            $(if $(KERNELS),$(foreach t,f32 f64,$(foreach i,$(ISAS),$(BUILD)/autodiff/kernels/$(t)_$(i).o))) \
            $(if $(SWEEPS),$(foreach t,f32 f64,$(BUILD)/autodiff/direct/sweeps_$(t).o))
-HAND    := $(wildcard apps/bench/hand/hand_kernels.c apps/bench/hand/hand_hnn.c)
+HAND    := $(wildcard $(foreach f,kernels hnn forces,apps/bench/hand/hand_$f.c))
 APP_SRC := $(filter-out $(HAND) apps/ranks/mpi.c,$(wildcard apps/*.c apps/*/*.c apps/*/*/*.c))
 APP_OBJ := $(filter-out $(BUILD)/apps/main.o,$(APP_SRC:%.c=$(BUILD)/%.o)) \
            $(foreach f,$(HAND:%.c=$(BUILD)/%),$(foreach i,$(ISAS),$(f)_$(i).o))

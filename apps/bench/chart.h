@@ -48,10 +48,11 @@ FILE *chart_terminal(const struct chart *chart);
 #define CHART(name) enum ad_status chart_##name(struct chart *chart, struct ad_error *error);
 #include "charts.def"
 #undef CHART
-/* Parts of `integrators` and of `linear`: drift.csv, energy over many periods at equal work; and
-   threads.csv, gradients and a training step on one thread and on two, missed where a bit differs.
- */
+/* Parts of `integrators`, `linear` and `gradients`: drift.csv, energy over many periods at equal
+   work; threads.csv, gradients and a training step on one thread and on two, missed where a bit
+   differs; forces.csv, accelerations beside hand-written C. */
 enum ad_status chart_drift(struct chart *chart, struct ad_error *error);
 enum ad_status chart_threads(struct chart *chart, struct ad_error *error);
+enum ad_status chart_forces(struct chart *chart, struct ad_error *error);
 
 #endif

@@ -187,5 +187,5 @@ enum ad_status chart_gradients(struct chart *chart, struct ad_error *error)
         draw(races, plot);
     for (int scene = 0; scene < HAND_N; scene++)
         race_free(&races[scene]);
-    return error->status;
+    return error->status == AD_OK ? chart_forces(chart, error) : error->status;
 }

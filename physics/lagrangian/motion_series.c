@@ -26,6 +26,7 @@ struct phys_motion_series {
     size_t n_params;
     bool constant_mass;
     ad_series *flow;  /* of q, v, variations and t, if accelerations are recorded */
+    double *time;     /* that t */
     ad_series *force; /* of the force and the mass matrix, where needed */
     double *a;        /* [order + 1][dof] */
     double
@@ -195,6 +196,7 @@ static enum ad_status record_flow(struct phys_motion_series *s, const ad_var x[]
     rate[n] = y[MASS];
     rate[n + 1] = D;
     series_of(s, s->constant_mass ? n : n + 2, rate, n, in, &s->flow, error);
+    s->time = ad_series_input(s->flow, flow_time(s), 0);
     free(in);
     return error->status;
 }
@@ -343,6 +345,15 @@ static enum ad_status refuse(const struct phys_motion_series *s, double t, const
                    phys_motion_system(s->motion)->scene->name, t);
 }
 
+/* Of a few numbers, an even count, without a call. */
+static inline void copy_or_clear(size_t n, const double *from, double *to)
+{
+    for (size_t k = 0; k < n; k += 2) {
+        to[k] = from ? from[k] : 0;
+        to[k + 1] = from ? from[k + 1] : 0;
+    }
+}
+
 enum ad_status phys_motion_series(struct phys_motion_series *series, size_t order, double t,
                                   double *c, const double *cut, struct ad_error *error)
 {
@@ -350,12 +361,11 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
     const size_t n = 2 * s->dof * (1 + s->columns);
     bool good = s->flow;
     if (s->flow) {
-        ad_series_input(s->flow, flow_time(s), 0)[0] = t;
+        *s->time = t;
         for (size_t k = 0; k < s->n_params; k++)
             phys_motion_parameter(s->motion, k, ad_series_input(s->flow, flow_time(s) + 1 + k, 0));
-        if (cut)
-            memcpy(c + n, cut, n * sizeof *c);
-        (cut ? ad_series_flow_cut : ad_series_flow)(s->flow, n, order, c);
+        copy_or_clear(n, cut, c + n);
+        ad_series_flow_cut(s->flow, n, order, c);
         good = is_definite(s);
     }
     if (!good && s->columns && !s->constant_mass)

@@ -33,7 +33,8 @@ static enum ad_status thin_rates(struct context *c, double t, double *a, struct 
 {
     const size_t dof = c->system->dof;
     if (phys_motion_series(c->series, 1, t, c->rows, NULL, error) == AD_OK)
-        memcpy(a, c->rows + 3 * dof, dof * sizeof *a);
+        for (size_t k = 0; k < dof; k++)
+            a[k] = c->rows[3 * dof + k];
     return error->status;
 }
 
@@ -41,12 +42,19 @@ static enum ad_status field(void *context, double t, const double *y, double *ra
                             struct ad_error *error)
 {
     struct context *c = context;
-    size_t dof = c->system->dof;
-    memcpy(rate, y + dof, dof * sizeof *rate);
-    if (is_thin(c, error)) {
-        memcpy(c->rows, y, 2 * dof * sizeof *y);
-        return thin_rates(c, t, rate + dof, error);
+    const size_t dof = c->system->dof;
+    const bool thin = is_thin(c, error);
+    double *row = thin ? c->rows : NULL;
+    for (size_t k = 0; k < dof; k++) { /* a call of memcpy takes as long as a force */
+        const double q = y[k], v = y[dof + k];
+        rate[k] = v;
+        if (thin) {
+            row[k] = q;
+            row[dof + k] = v;
+        }
     }
+    if (thin)
+        return thin_rates(c, t, rate + dof, error);
     phys_motion_acceleration(c->motion, y, y + dof, t, rate + dof, error);
     return error->status;
 }

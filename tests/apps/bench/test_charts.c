@@ -5,6 +5,7 @@
 #include "tests/apps/shell.h"
 #include "tests/close.h"
 #include "apps/bench/hand/hand.h"
+#include "apps/bench/hand/hand_forces.h"
 #include "autodiff/status.h"
 #include "tests/mentions.h"
 
@@ -27,6 +28,14 @@ static void test_gradients(void **state)
         assert_true(table_number(t, r, "disagreement") < 1e-11);
         assert_true(table_number(t, r, "second_disagreement") < 1e-11);
     }
+    table_free(t);
+    t = table_read("forces.csv");
+    assert_int_equal(t->rows, HAND_FORCES + 1); /* and what a run of a program takes */
+    for (size_t r = 0; r < HAND_FORCES; r++) {
+        assert_true(table_number(t, r, "force_ns") > 0 && table_number(t, r, "force_ratio") > 0);
+        assert_true(table_number(t, r, "force_disagreement") < 1e-12);
+    }
+    assert_true(table_is(t, HAND_FORCES, "force", "program"));
     table_free(t);
 }
 
