@@ -12,6 +12,7 @@
 
 static const double ROUNDING = 16; /* of an eigenvalue, in units of the largest */
 static const double ROUGH = 0.01;  /* relative error of eigenvalues that are not reported */
+enum { MOST_TRIALS = 6 };          /* from a guess, for an eigenvalue that seems to be zero */
 enum { CHEAP = 40 };               /* dof * degree up to which sixty eliminations are cheap */
 
 /* ---- eigenvalues ---- */
@@ -50,16 +51,31 @@ static double zero_between(const struct shift *x, const struct shift *y, const s
            (third->at - x->at) / (y->at - x->at) * f / (h - f) * g / (h - g);
 }
 
-/* Eigenvalue k, ascending from 0, to rounding or a relative error: shifts on either side of it are
-   brought together by order of size, then by halves, and by the determinant where it is alone.
-   INFINITY: there are fewer. */
-static double eigenvalue(struct phys_inertia *c, size_t k, double relative)
+/* Where to look for an eigenvalue, which a shift is above or not (`above`), after a number of
+   trials from a guess: at 4 times or a quarter of it, and without one, or where it seems to be
+   zero, anywhere. */
+static double look_further(const struct phys_inertia *c, double at, bool above, double guess,
+                           size_t trials)
 {
-    struct shift end[2] = {{0}}, next = {0}, replaced;
+    const bool nearer_zero = above == (guess > 0);
+    if (at * guess > 0 && !nearer_zero)
+        return 4 * at;
+    if (at * guess > 0)
+        return trials < MOST_TRIALS ? at / 4 : 0;
+    return at != 0 ? 2 * at : above ? -c->scale : c->scale;
+}
+
+/* Eigenvalue k, ascending from 0, to rounding or a relative error: shifts on either side of it are
+   brought together by order of size, then by halves, and by the determinant where it is alone. A
+   guess of its sign, or 0. INFINITY: there are fewer. */
+static double eigenvalue(struct phys_inertia *c, size_t k, double relative, double guess)
+{
+    struct shift end[2] = {{0}}, next = {.at = guess}, replaced;
     bool side = is_above(c, k, &next), above = side;
-    for (; above == side && !c->hessian->stopped; above = is_above(c, k, &next)) {
+    for (size_t trials = 0; above == side && !c->hessian->stopped;
+         above = is_above(c, k, &next), trials++) {
         end[side] = next;
-        next.at = next.at == 0 ? (side ? -c->scale : c->scale) : 2 * next.at;
+        next.at = look_further(c, next.at, side, guess, trials);
         if (next.at > PHYS_BEYOND_SPECTRUM * c->scale)
             return (double)INFINITY;
     }
@@ -82,6 +98,28 @@ static double eigenvalue(struct phys_inertia *c, size_t k, double relative)
         end[above] = next;
     }
     return 0.5 * (end[0].at + end[1].at);
+}
+
+/* An upper bound of the smallest eigenvalue of the second variation: the quotient of one
+   coordinate's half sine wave. */
+static double half_wave(const struct phys_inertia *c)
+{
+    const struct phys_hessian *h = c->hessian;
+    const size_t degree = h->table.degree, nodes = degree * h->elements;
+    double least = (double)INFINITY;
+    for (size_t d = 0; d < c->dof; d++) {
+        double form = 0, mass = 0;
+        for (size_t e = 0; e < h->elements; e++)
+            for (size_t a = 0; a <= degree; a++) {
+                const double x = sin(M_PI * (double)(e * degree + a) / (double)nodes);
+                mass += a < degree ? x * x * c->mass[a] * phys_hessian_length(h, e) : 0;
+                for (size_t b = 0; b <= degree; b++)
+                    form += x * phys_hessian_entry(h, e, a, d, b, d) *
+                            sin(M_PI * (double)(e * degree + b) / (double)nodes);
+            }
+        least = fmin(least, form / mass);
+    }
+    return least;
 }
 
 /* ---- public functions ---- */
@@ -144,13 +182,19 @@ static void count_directions(struct phys_inertia *c, struct phys_spectrum *spect
     if (c->dof * c->hessian->table.degree <= CHEAP && c->largest > 0) {
         size_t k = spectrum->index;
         double *around = spectrum->around;
-        spectrum->smallest = eigenvalue(c, 0, 0);
         phys_inertia_masses(c, true);
-        spectrum->second_variation = eigenvalue(c, 0, 0);
-        around[0] = k > 1 ? eigenvalue(c, k - 1, ROUGH) : k ? spectrum->second_variation : NAN;
-        around[1] = k ? eigenvalue(c, k, ROUGH) : spectrum->second_variation;
+        const double guess = half_wave(c);
+        const double value = eigenvalue(c, 0, 0, (guess < 0) == (k > 0) ? guess : 0);
+        spectrum->second_variation = value;
+        around[0] = k > 1 ? eigenvalue(c, k - 1, ROUGH, 0) : k ? value : NAN;
+        around[1] = k ? eigenvalue(c, k, ROUGH, 0) : value;
         spectrum->undetermined =
             fmin(fabs(around[0]), fabs(around[1])) <= ROUNDING * DBL_EPSILON * c->scale;
+        double mass = 0;
+        for (size_t j = 0; j < c->hessian->table.degree; j++)
+            mass += c->mass[j] / (double)c->hessian->table.degree;
+        phys_inertia_masses(c, false);
+        spectrum->smallest = eigenvalue(c, 0, 0, value * mass);
     }
     ad_blas_threads();
 }

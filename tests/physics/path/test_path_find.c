@@ -331,8 +331,8 @@ static void an_interrupted_verification_claims_nothing(void **state)
 {
     (void)state;
     struct phys_system pendulum = unit_pendulum_opened();
-    size_t interrupted = 0, late = 0;
-    for (size_t calls = 1; calls < 4000; calls += 1 + calls / 40) {
+    size_t interrupted = 0, late = 0, complete = 0;
+    for (size_t calls = 1; calls < 6000; calls += 1 + calls / 40) {
         struct phys_path_settings settings = settings_of("gauss2");
         struct phys_path_found found;
         struct ad_error error = {0};
@@ -352,11 +352,13 @@ static void an_interrupted_verification_claims_nothing(void **state)
             assert_false(found.stationary);
         } else if (found.stationary) {
             assert_false(found.spectrum.undetermined);
-            assert_int_equal(found.spectrum.index, 3);
+            assert_int_equal(found.spectrum.index, 1);
+            complete++;
         }
         phys_path_found_free(&found);
     }
     assert_true(interrupted > 0 && late > 0); /* also after the kind was found */
+    assert_true(complete > 0);
     phys_system_close(&pendulum);
 }
 
