@@ -64,8 +64,8 @@ enum ad_status phys_action_record(ad_tape *tape, const struct phys_system *syste
     action->path = ad_input(tape, rule->degree * system->dof, slices, "path");
     phys_rule_points(rule, action->path, dt, at);
     ad_label(at->v, "velocity");
-    ad_var L = action->L = ad_label(phys_system_lagrangian(system, at->q, at->v, at->t), "L");
-    phys_system_energies(system, at->q, at->v, at->t, &kinetic, &potential);
+    ad_var L = phys_system_energies(system, at->q, at->v, at->t, &kinetic, &potential);
+    action->L = ad_label(L, "L");
     ad_label(kinetic, "kinetic energy");
     ad_label(potential, "potential energy");
     ad_var sum = weighted(action, L);

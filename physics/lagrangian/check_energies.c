@@ -15,8 +15,7 @@ struct energies {
 static enum ad_status record(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
                              struct energies *e, struct ad_error *error)
 {
-    ad_var momentum, L = phys_system_lagrangian(system, q, v, t);
-    phys_system_energies(system, q, v, t, &e->kinetic, &e->potential);
+    ad_var momentum, L = phys_system_energies(system, q, v, t, &e->kinetic, &e->potential);
     if (ad_grad(L, 1, &v, &momentum) == AD_OK && ad_grad(e->potential, 1, &v, &e->force) == AD_OK) {
         ad_var energy = ad_sub(ad_sum_rows(ad_mul(momentum, v)), L);
         e->difference = ad_sub(ad_sub(e->kinetic, e->potential), L);

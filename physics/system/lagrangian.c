@@ -48,20 +48,21 @@ ad_var phys_system_lagrangian(const struct phys_system *system, ad_var q, ad_var
                   checked(system, "potential energy", q, call(system, scene->potential, q, v, t)));
 }
 
-void phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
-                          ad_var *kinetic, ad_var *potential)
+ad_var phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
+                            ad_var *kinetic, ad_var *potential)
 {
     if (!kinetic || !potential)
-        return;
+        return q;
     *kinetic = *potential = q;
     if (lacks_scene(system, q))
-        return;
+        return q;
     const struct phys_scene *scene = system->scene;
     if (scene->kinetic && scene->potential) {
         *kinetic = checked(system, "kinetic energy", q, call(system, scene->kinetic, q, v, t));
         *potential =
             checked(system, "potential energy", q, call(system, scene->potential, q, v, t));
-        return;
+        return scene->lagrangian ? phys_system_lagrangian(system, q, v, t)
+                                 : ad_sub(*kinetic, *potential);
     }
     ad_var L = phys_system_lagrangian(system, q, v, t), momentum;
     if (ad_grad(L, 1, &v, &momentum) != AD_OK)
@@ -69,6 +70,7 @@ void phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, 
     ad_var energy = ad_sub(ad_sum_rows(ad_mul(momentum, v)), L);
     *kinetic = ad_mul(0.5, ad_add(energy, L));
     *potential = ad_mul(0.5, ad_sub(energy, L));
+    return L;
 }
 
 bool phys_system_has_forces(const struct phys_system *system)

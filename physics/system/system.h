@@ -214,9 +214,9 @@ ad_var phys_system_constraint(const struct phys_system *system, ad_var q, ad_var
 ad_var phys_system_observable(const struct phys_system *system, size_t k, ad_var q, ad_var v,
                               ad_var t);
 /* Records kinetic and potential energy [1 x n]: the scene's own, or, where its L does not split, (E
-   + L)/2 and (E - L)/2 with E = v L_v - L. */
-void phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
-                          ad_var *kinetic, ad_var *potential);
+   + L)/2 and (E - L)/2 with E = v L_v - L. Returns L, recorded with them. */
+ad_var phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
+                            ad_var *kinetic, ad_var *potential);
 
 AD_HEADER_END
 #endif

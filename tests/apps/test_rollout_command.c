@@ -7,6 +7,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/inotify.h>
+#include <unistd.h>
 
 #define TRAIN                                                                                      \
     "$LA train spring.csv --hidden 24 --lr 1e-2 --steps 600 --weight-decay 0 --precision f64 "     \
@@ -201,6 +203,42 @@ static void test_weights_in_python(void **state)
     assert_string_equal(shell_out(), "(24, 2)\n");
 }
 
+/* How often a command opens hnn.h5; reads between keep two of them apart. */
+static size_t opens(const char *line)
+{
+    char events[1 << 16];
+    struct inotify_event event;
+    size_t n = 0;
+    int watch = inotify_init1(IN_NONBLOCK);
+    assert_true(inotify_add_watch(watch, shell_path("hnn.h5"), IN_OPEN | IN_ACCESS | IN_CLOSE) >=
+                0);
+    shell_works("$LA %s --quiet", line);
+    const ssize_t bytes = read(watch, events, sizeof events);
+    close(watch);
+    for (ssize_t at = 0; at < bytes; at += (ssize_t)(sizeof event + event.len)) {
+        memcpy(&event, events + at, sizeof event);
+        n += (event.mask & IN_OPEN) != 0;
+    }
+    return n;
+}
+
+/* In units of what it takes to list what is in it. */
+static void test_a_model_is_read_once(void **state)
+{
+    static const struct {
+        const char *line;
+        size_t times;
+    } rows[] = {{"rollout hnn.h5 --x0 .9,0", 2}, /* and whether it is a table of models */
+                {"rollout base.h5 --truth spring --against hnn.h5", 1},
+                {"field hnn.h5", 1},
+                {"train spring.csv --from hnn.h5 --steps 1", 1}};
+    (void)state;
+    const size_t once = opens("dump hnn.h5");
+    assert_true(once > 0);
+    for (size_t k = 0; k < LENGTH(rows); k++)
+        assert_int_equal(opens(rows[k].line), rows[k].times * once);
+}
+
 static void refused(const char *line, const char *why)
 {
     size_t before = shell_files();
@@ -253,6 +291,7 @@ int main(void)
         cmocka_unit_test(test_files),
         cmocka_unit_test(test_field),
         cmocka_unit_test(test_weights_in_python),
+        cmocka_unit_test(test_a_model_is_read_once),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);

@@ -1,5 +1,7 @@
-/* The discretised action: published figures, closed forms, order, gradient, stationarity. */
+/* The discretised action: published figures, closed forms, order, gradient, stationarity;
+   and how often L is recorded for one. */
 #include "published.h"
+#include "systems.h"
 #include "tests/close.h"
 
 #include <stdlib.h>
@@ -224,6 +226,64 @@ static void the_ode_path_is_stationary_for_left(void **state)
     }
 }
 
+/* ---- recording ---- */
+
+enum { COUNTED_SLICES = 101 };
+
+/* How often T and V of a pendulum are recorded at all points of a path at once. */
+static size_t recorded_T, recorded_V;
+
+static ad_var counted_T(ad_var q, ad_var v, ad_var t, const void *p)
+{
+    (void)t, (void)p;
+    recorded_T += ad_cols(q) == COUNTED_SLICES - 1;
+    return ad_mul(0.5, ad_square(v));
+}
+
+static ad_var counted_V(ad_var q, ad_var v, ad_var t, const void *p)
+{
+    (void)v, (void)t, (void)p;
+    recorded_V += ad_cols(q) == COUNTED_SLICES - 1;
+    return ad_neg(ad_cos(q));
+}
+
+static enum ad_status at_rest(const void *p, uint64_t seed, double *q, double *v,
+                              struct ad_error *error)
+{
+    (void)p, (void)seed;
+    *q = *v = 0;
+    return error->status;
+}
+
+/* For the action, its gradient, the Hessian, the kind of path and its distances. */
+static void the_lagrangian_of_a_path_is_recorded_once(void **state)
+{
+    (void)state;
+    struct phys_scene scene = scene_of("counted", 1, NULL, COUNTED_SLICES, 0.1, at_rest);
+    struct phys_path_settings settings = {.size = sizeof settings,
+                                          .rule = rule("midpoint"),
+                                          .slices = COUNTED_SLICES,
+                                          .steps = 50,
+                                          .dt = 0.01,
+                                          .learning_rate = 1};
+    struct phys_system system;
+    struct phys_path_found found;
+    struct ad_error error = {0};
+    double path[COUNTED_SLICES], ends[COUNTED_SLICES] = {[COUNTED_SLICES - 1] = 1};
+    scene.kinetic = counted_T;
+    scene.potential = counted_V;
+    phys_system_make(&scene, &system, &error);
+    recorded_T = recorded_V = 0;
+    phys_path_line(1, COUNTED_SLICES, ends, path);
+    phys_path_find(phys_solver_find("newton", &error), &system, &settings, path, &found, &error);
+    assert_no_error(&error);
+    assert_true(found.stationary && isfinite(found.true_distance));
+    assert_int_equal(recorded_T, 1);
+    assert_int_equal(recorded_V, 1);
+    phys_path_found_free(&found);
+    phys_system_close(&system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -233,6 +293,7 @@ int main(void)
         cmocka_unit_test(the_energy_penalty_is_as_published),
         cmocka_unit_test(gradients_agree_with_differences),
         cmocka_unit_test(the_ode_path_is_stationary_for_left),
+        cmocka_unit_test(the_lagrangian_of_a_path_is_recorded_once),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
