@@ -118,6 +118,12 @@ static void test_arrows(void **state)
     assert_int_equal(ad_jacobian_runs(J), 2);
     assert_jacobian(J, y, 2, (ad_var[]){a, x}, (const double *const[]){&one, values}, 1e-14);
     ad_jacobian_free(J);
+    ad_var z = ad_reshape(x, 5, N / 5); /* each column by its own alone */
+    y = ad_matmul(ad_const(t, 2, 5, values), false, z, false);
+    assert_int_equal(ad_jacobian_new(y, 2, (ad_var[]){a, x}, &J), AD_OK);
+    assert_int_equal(ad_jacobian_matrix(J)->start[2 * N / 5], 2 * N);
+    assert_jacobian(J, y, 2, (ad_var[]){a, x}, (const double *const[]){&one, values}, 1e-14);
+    ad_jacobian_free(J);
     free(values);
     ad_tape_free(t);
 }
