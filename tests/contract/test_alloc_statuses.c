@@ -9,12 +9,13 @@
 #include "quantum/run.h"
 #include "tests/alloc.h"
 #include "tests/close.h"
+#include "tests/files.h"
 #include "tests/physics/systems.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { DOF = 4, ROWS = 12, TRIED = 24 }; /* of the allocations of a job */
+enum { DOF = 4, ROWS = 12, TRIED = 16 }; /* of the allocations of a job */
 
 static const double time = 1, dt = 1.0 / (ROWS - 1);
 static struct phys_system kepler, pendulum;
@@ -190,6 +191,68 @@ JOB(training)
     return status;
 }
 
+static ad_var quadratic(void *context, ad_var w, ad_var z)
+{
+    (void)context;
+    return ad_mul(ad_slice_cols(w, 0, 1), ad_sum_rows(ad_square(z)));
+}
+
+JOB(own_network)
+{
+    hnn_model *made = NULL, *read = NULL;
+    const struct path file = files_temporary("own.h5");
+    const struct hnn_network network = {
+        .name = "own", .size = 1, .start = (double[]){0.5}, .record = quadratic};
+    const struct hnn_settings s = {.size = sizeof s,
+                                   .kind = HNN_HAMILTONIAN,
+                                   .dof = 1,
+                                   .precision = AD_F64,
+                                   .network = &network};
+    enum ad_status status = hnn_model_new(&s, &made, error);
+    if (status == AD_OK)
+        status = hnn_model_save(made, file.text, NULL, error);
+    if (status == AD_OK)
+        status = hnn_model_load_network(file.text, &network, &read, error);
+    hnn_model_free(made);
+    hnn_model_free(read);
+    return status;
+}
+
+JOB(all_paths)
+{
+    struct phys_solutions result;
+    struct phys_path_settings how = phys_path_defaults(&pendulum);
+    double line[ROWS];
+    for (size_t i = 0; i < ROWS; i++)
+        line[i] = 0.1 * (double)i;
+    how.slices = ROWS;
+    how.dt = dt;
+    enum ad_status status = phys_path_all(&pendulum, &how, line, 0, 1, &result, error);
+    phys_solutions_free(&result);
+    return status;
+}
+
+static enum ad_status packet_by(const char *method, struct ad_error *error)
+{
+    const struct qm_gaussian packet = {0.1, 0.5, 0};
+    const struct qm_slice slice = {
+        .size = sizeof slice, .system = &pendulum, .grid = {-3, 3, 32}, .dt = 0.1, .hbar = 1};
+    struct qm_run_result result;
+    const struct qm_run_settings how = {.size = sizeof how,
+                                        .slice = &slice,
+                                        .method = qm_method_find(method, error),
+                                        .steps = 2,
+                                        .every = 1,
+                                        .packets = 1,
+                                        .packet = &packet};
+    enum ad_status status = qm_run(&how, &result, error);
+    qm_run_free(&result);
+    return status;
+}
+JOB(packet_by_kernel) { return packet_by("kernel", error); }
+JOB(packet_by_fft) { return packet_by("fft", error); }
+JOB(packet_by_differences) { return packet_by("crank-nicolson", error); }
+
 /* ---- every job, with its allocations failing in turn ---- */
 
 static const struct {
@@ -206,7 +269,9 @@ static const struct {
     {"equilibria", equilibria},     {"periodic", periodic},
     {"transition", transition},     {"check", check_gradient},
     {"observe", observe},           {"model", model},
-    {"training", training},
+    {"training", training},         {"network", own_network},
+    {"all paths", all_paths},       {"kernel", packet_by_kernel},
+    {"fft", packet_by_fft},         {"differences", packet_by_differences},
 };
 
 static void what_is_returned_is_the_error(void **state)
@@ -221,7 +286,7 @@ static void what_is_returned_is_the_error(void **state)
         size_t refused = 0;
         for (size_t k = 1; k <= all; k += step) {
             error = (struct ad_error){0};
-            const size_t before = alloc.given - alloc.taken;
+            const size_t taken = alloc.taken, given = alloc.given;
             alloc.calls = 0;
             alloc.failing = k;
             const enum ad_status status = jobs[j].run(&error);
@@ -230,9 +295,9 @@ static void what_is_returned_is_the_error(void **state)
             if (status != error.status || (status != AD_OK && status != AD_E_MEMORY))
                 fail_msg("%s: allocation %zu: returned %d, the error is %d: %s", jobs[j].name, k,
                          status, error.status, error.message);
-            if (alloc.given - alloc.taken != before)
-                fail_msg("%s: allocation %zu: %zu blocks are lost", jobs[j].name, k,
-                         alloc.given - alloc.taken - before);
+            const size_t blocks = alloc.given - given, back = alloc.taken - taken;
+            if (blocks > back) /* names of files come from libc: more may go back */
+                fail_msg("%s: allocation %zu: %zu blocks are lost", jobs[j].name, k, blocks - back);
         }
         print_message("%s: %zu allocations, step %zu, %zu refused\n", jobs[j].name, all, step,
                       refused);
@@ -263,8 +328,9 @@ static void at_the_centre_too(void **state)
 
 static int open_all(void **state)
 {
-    (void)state;
     struct ad_error error = {0};
+    if (files_setup(state) != 0)
+        return -1;
     setenv("LEASTACTION_NATIVE", "0", 1); /* its sources are allocated by libc, and not counted */
     kepler = system_opened("kepler");
     pendulum = system_opened("pendulum");
@@ -289,10 +355,9 @@ static int open_all(void **state)
 
 static int close_all(void **state)
 {
-    (void)state;
     phys_system_close(&kepler);
     phys_system_close(&pendulum);
-    return 0;
+    return files_teardown(state);
 }
 
 int main(void)
