@@ -117,6 +117,37 @@ static void test_first_step(void **state)
         }
 }
 
+static enum ad_status oscillates(void *context, double t, const double *y, double *rate,
+                                 struct ad_error *error)
+{
+    const double *w = context;
+    (void)t, (void)error;
+    rate[0] = y[1];
+    rate[1] = -*w * *w * y[0];
+    return AD_OK;
+}
+
+/* As Hairer, Norsett and Wanner choose it (section II.4), by the size of y' or of y''. */
+static void test_first_step_by_its_rates(void **state)
+{
+    static const double w[] = {1, 5}, tolerance = 1e-6;
+    (void)state;
+    for (size_t i = 0; i < LENGTH(w); i++) {
+        double frequency = w[i], y[] = {1, 2}, unit[] = {2 * tolerance, 3 * tolerance};
+        double rates[] = {y[1], -w[i] * w[i] * y[0]}, d[3], one[] = {1, 1};
+        for (size_t k = 0; k < 3; k++) /* y'' = -w^2 y */
+            d[k] = hypot((k == 1 ? rates : y)[0] / unit[0], (k == 1 ? rates : y)[1] / unit[1]) *
+                   sqrt(0.5) * (k == 2 ? w[i] * w[i] : 1);
+        struct motion m = {.ode = {.n = 2, .field = oscillates, .context = &frequency},
+                           .y = {y[0], y[1]}};
+        record.n = record.stop_after = 0;
+        m.settings =
+            (struct phys_simulation){.sample = keep, .context = &record, .every = 1, .scale = one};
+        motion_run(&m, "dop853", tolerance, 1, AD_OK);
+        assert_close(record.t[1], fmin(d[0] / d[1], pow(0.01 / fmax(d[1], d[2]), 1. / 8)), 1e-9, 0);
+    }
+}
+
 /* One force a step, of a method that ends a step with the force that the next begins with. */
 static void test_forces_of_a_step(void **state)
 {
@@ -334,6 +365,7 @@ int main(void)
         cmocka_unit_test(test_samples_of_fixed_steps),
         cmocka_unit_test(test_dense_output),
         cmocka_unit_test(test_first_step),
+        cmocka_unit_test(test_first_step_by_its_rates),
         cmocka_unit_test(test_forces_of_a_step),
         cmocka_unit_test(test_thin_rates),
         cmocka_unit_test(test_given_times),
