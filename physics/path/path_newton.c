@@ -129,7 +129,6 @@ static void repeat(struct phys_newton *s, size_t number, struct phys_path_step *
     double from, here = norm(s), last = length_of(s->path.n, s->step);
     do {
         from = here;
-        norm(s);
         find_step(s);
         double length = length_of(s->path.n, s->step);
         if (!(length <= FAST * last)) {
