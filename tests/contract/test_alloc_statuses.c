@@ -171,6 +171,19 @@ JOB(model)
     return status;
 }
 
+JOB(mass_of_a_network)
+{
+    hnn_model *made = NULL;
+    struct hnn_settings s = hnn_defaults(HNN_LAGRANGIAN, 2);
+    struct hnn_mass result;
+    s.hidden[0] = s.hidden[1] = 3;
+    enum ad_status status = hnn_model_new(&s, &made, error);
+    if (status == AD_OK)
+        status = hnn_model_mass(made, ROWS, states, &result, error);
+    hnn_model_free(made);
+    return status;
+}
+
 JOB(training)
 {
     hnn_model *made = NULL;
@@ -259,19 +272,33 @@ static const struct {
     const char *name;
     enum ad_status (*run)(struct ad_error *error);
 } jobs[] = {
-    {"open", open_system},          {"motion path", motion_path},
-    {"published", published_path},  {"canonical", canonical},
-    {"variations", variations},     {"task ode", task_ode},
-    {"angles", task_ode_of_angles}, {"path solve", path_solve},
-    {"refine", path_refine},        {"motion", motion_solve},
-    {"reference", reference},       {"conserved", conserved},
-    {"ensemble", ensemble},         {"fit", fit},
-    {"equilibria", equilibria},     {"periodic", periodic},
-    {"transition", transition},     {"check", check_gradient},
-    {"observe", observe},           {"model", model},
-    {"training", training},         {"network", own_network},
-    {"all paths", all_paths},       {"kernel", packet_by_kernel},
-    {"fft", packet_by_fft},         {"differences", packet_by_differences},
+    {"open", open_system},
+    {"motion path", motion_path},
+    {"published", published_path},
+    {"canonical", canonical},
+    {"variations", variations},
+    {"task ode", task_ode},
+    {"angles", task_ode_of_angles},
+    {"path solve", path_solve},
+    {"refine", path_refine},
+    {"motion", motion_solve},
+    {"reference", reference},
+    {"conserved", conserved},
+    {"ensemble", ensemble},
+    {"fit", fit},
+    {"equilibria", equilibria},
+    {"periodic", periodic},
+    {"transition", transition},
+    {"check", check_gradient},
+    {"observe", observe},
+    {"model", model},
+    {"training", training},
+    {"mass", mass_of_a_network},
+    {"network", own_network},
+    {"all paths", all_paths},
+    {"kernel", packet_by_kernel},
+    {"fft", packet_by_fft},
+    {"differences", packet_by_differences},
 };
 
 static void what_is_returned_is_the_error(void **state)

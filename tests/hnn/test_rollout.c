@@ -192,7 +192,7 @@ static void test_trials(void **state)
         struct hnn_score score;
         open_task(&w, names[k], 1);
         struct hnn_trials trials = {
-            .size = sizeof trials, .starts = 3, .points = 30, .time = 4, .seed = 5};
+            .size = sizeof trials, .starts = 3, .points = 30, .time = 0.9, .seed = 5};
         assert_int_equal(
             hnn_task_trials(&w.ode, hnn_task_find(names[k], &w.error), &trials, &score, &w.error),
             AD_OK);
