@@ -91,9 +91,9 @@ PUBLIC   := $(wildcard autodiff/autodiff.h autodiff/status.h autodiff/version.h 
               physics/ephemeris/horizons.h physics/ephemeris/models.h physics/lagrangian/legendre.h \
               physics/ode/ode.h physics/integrators/integrators.h physics/motion/checks.h \
               physics/motion/motion.h physics/motion/solve.h physics/motion/ensemble.h physics/gas/order.h \
-              physics/stability/stability.h physics/stability/periodic.h physics/fit/fit.h physics/modes/modes.h \
-              physics/stability/diagnostics.h hnn/hnn.h hnn/model.h \
-              hnn/trainer.h hnn/data/data.h hnn/pixels/latent.h \
+              physics/stability/stability.h physics/stability/periodic.h physics/stability/family.h \
+              physics/fit/fit.h physics/modes/modes.h physics/stability/diagnostics.h hnn/hnn.h \
+              hnn/model.h hnn/trainer.h hnn/data/data.h hnn/pixels/latent.h \
               hnn/pixels/pixels.h hnn/pixels/pixel_energy.h hnn/rollout/rollout.h quantum/quantum.h \
               quantum/run.h quantum/slit.h quantum/published.h)
 

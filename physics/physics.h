@@ -18,7 +18,7 @@
        ode/            vector fields                           ode.h
        integrators/    methods by name                         integrators.h
        motion/         one method; a complete motion           motion.h; solve.h
-       stability/      step limits, chaos, periodic motions    stability.h, periodic.h, ...
+       stability/      step limits, chaos, periodic motions    stability.h, family.h, ...
        fit/            parameters from measured motions        fit.h
        modes/          equilibria, small oscillations          modes.h
        gas/            order and fast motion of a gas          order.h
@@ -50,6 +50,7 @@
 #include "physics/path/path.h"
 #include "physics/path/ranks/path_ranks.h"
 #include "physics/stability/diagnostics.h"
+#include "physics/stability/family.h"
 #include "physics/stability/periodic.h"
 #include "physics/stability/stability.h"
 #include "physics/system/system.h"

@@ -57,7 +57,7 @@ static size_t centres(const struct phys_system *system, double x[2])
 {
     const char *name = system->library ? "" : system->scene->name;
     bool one = strcmp(name, "kepler") == 0 || strcmp(name, "fall") == 0;
-    bool two = strcmp(name, "arenstorf") == 0;
+    bool two = strcmp(name, "arenstorf") == 0 || strcmp(name, "cr3bp") == 0;
     x[0] = two ? -phys_system_get(system, "mu") : 0;
     x[1] = 1 + x[0];
     return two ? 2 : one;

@@ -20,6 +20,8 @@ static enum ad_status check(const struct simulate_options *options, struct ad_er
                        PHYS_MOTION_LOST, options->horizon);
     bool fixed = !isnan(options->dt);
     const char *plot = options->common.plot, *dot = plot ? strrchr(plot, '.') : NULL;
+    const bool still = dot && (!strcasecmp(dot, ".svg") || !strcasecmp(dot, ".png")),
+               of_mode = options->mode != OPTION_NO_COUNT;
     const struct conflict conflicts[] = {
         {fixed && !isnan(options->tolerance),
          "--dt and --tol: expected one of them; leave the other out"},
@@ -27,12 +29,21 @@ static enum ad_status check(const struct simulate_options *options, struct ad_er
          "--dt needs --integrator NAME, one with fixed steps such as rk4"},
         {options->common.ranks && !options->ensemble,
          "one motion is followed by one rank; expected --ensemble or --scan, which ranks share"},
-        {options->hold && isnan(options->periodic), "--hold needs --periodic T"},
+        {options->hold && isnan(options->periodic) && !options->follow,
+         "--hold needs --periodic T"},
         {options->choreography && isnan(options->periodic), "--choreography needs --periodic T"},
         {!isnan(options->periodic) && (options->data || options->ensemble),
          "--periodic: not with --data or --ensemble; leave one out"},
-        {options->section && plot &&
-             !(dot && (!strcasecmp(dot, ".svg") || !strcasecmp(dot, ".png"))),
+        {of_mode && !options->follow, "--mode needs --continue, the family that begins with it"},
+        {of_mode && !isnan(options->periodic),
+         "--mode and --periodic: expected one of them; leave the other out"},
+        {options->follow && isnan(options->periodic) && !of_mode,
+         "--continue needs --periodic T or --mode M, where the family begins"},
+        {options->follow && (options->choreography || options->section || options->ensemble),
+         "--continue: not with --choreography, --section or --ensemble"},
+        {options->follow && plot && !still,
+         "--plot: a family is a still; expected a name ending in .svg or .png"},
+        {options->section && plot && !still,
          "--plot: --section is a still; expected a name ending in .svg or .png"},
         {options->section_axes && !(options->section && options->common.plot),
          "--section-axes needs --section and --plot"},
@@ -116,7 +127,7 @@ static void release(struct simulate_run *run)
             run->section.row);
     simulate_sensitivity_free(run);
     simulate_ephemeris_free(run);
-    phys_periodic_free(&run->periodic);
+    simulate_periodic_free(run);
     free(run->crossings);
     phys_system_close(&run->system);
 }
@@ -240,7 +251,7 @@ static enum ad_status judge(const struct simulate_run *run, struct ad_error *err
         return ad_fail(error, AD_E_ACCURACY, "--until %s: not before t = %g; try a longer --time",
                        run->options->until, info->t);
     struct ad_error missed = {0};
-    if (simulate_section_judge(run, error) == AD_OK &&
+    if (simulate_family_judge(run, error) == AD_OK && simulate_section_judge(run, error) == AD_OK &&
         simulate_ephemeris_judge(run, error) == AD_OK &&
         phys_motion_met(&run->settings, &run->motion, &missed) != AD_OK)
         simulate_refuse("--tol: ", &missed, error);
@@ -294,9 +305,14 @@ static const struct option table[] = {
     {"periodic", "T", OPTION_POSITIVE, NULL,
      "first find the periodic motion near the start, of period near T, and its multipliers",
      AT(periodic)},
-    {"hold", "WHAT", OPTION_TEXT, NULL, "of --periodic: period or energy stays as given", AT(hold)},
+    {"hold", "WHAT", OPTION_TEXT, NULL,
+     "of --periodic: period or energy stays as given; of a drive's family, period*NAME", AT(hold)},
     {"choreography", NULL, OPTION_FLAG, NULL,
      "of --periodic: bodies that are alike follow each other on one curve", AT(choreography)},
+    {"continue", "NAME=[A:]B", OPTION_TEXT, NULL,
+     "follow its family until energy, period or a parameter is B, see below", AT(follow)},
+    {"mode", "M", OPTION_SOME, NULL,
+     "begin the family with mode M (of `modes`) of the equilibrium near the start", AT(mode)},
     {"sensitivity", NULL, OPTION_FLAG, NULL,
      "derivatives of the end by the start, and by parameters", AT(sensitivity)},
     {"by", "NAME,NAME", OPTION_TEXT, NULL,
@@ -354,6 +370,14 @@ const struct command command_simulate = {
              "two of them are compared with a reference. --csv has a row for each member and "
              "time, --out statistics\n"
              "at all times. Where members fail, the others go on, and the exit status is 1.\n"
+             "--continue follows the family of --periodic, or of --mode, around folds: a row of "
+             "--csv "
+             "for each\n"
+             "motion; folds, branch points, period doublings and bifurcations to tori are located "
+             "and marked.\n"
+             "A parameter's family holds the energy or the period (--hold) where energy is "
+             "conserved. The last\n"
+             "motion is the one that is reported. The exit status is 1 where B is not reached.\n"
              "With --data the error is the largest distance of a planet from its table, seen from\n"
              "the Sun; the share of the integration is the distance from the same model followed\n"
              "by another method, gauss5 or dop853. --tol is in km then. By itself it asks for a\n"

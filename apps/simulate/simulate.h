@@ -13,15 +13,15 @@
 #include "physics/io/hdf5_file.h"
 #include "physics/motion/ensemble.h"
 #include "physics/stability/diagnostics.h"
-#include "physics/stability/periodic.h"
+#include "physics/stability/family.h"
 
 struct simulate_options {
     struct common common;
     const char *integrator, *data, *from, *rough, *until, *section, *section_axes, *by, *ensemble,
-        *hold;
+        *hold, *follow;
     struct texts events;
     double dt, tolerance, time, horizon, periodic;
-    size_t every, samples, days, lyapunov;
+    size_t every, samples, days, lyapunov, mode;
     bool no_reference, reverse, sensitivity, choreography;
 };
 
@@ -53,6 +53,8 @@ struct simulate_run {
     struct phys_diagnosis diagnosis;
     double *exponents, *change;    /* [options->lyapunov]; NULL: none */
     struct phys_periodic periodic; /* period NaN, or 0: not asked for */
+    struct phys_family family;     /* of which that is the last, or n 0 */
+    char along[64];                /* what it is followed in */
     double *sensitivity;           /* [2][2 dof][2 dof] the matrix, its uncertainty; NULL: none */
     size_t n_by; /* parameters with derivatives; the matrix [2][2 dof][n_by], or NULL */
     const char *by[SIMULATE_PARAMETERS];
@@ -103,9 +105,23 @@ enum ad_status simulate_ephemeris_compare(struct simulate_run *run, struct ad_er
 /* AD_E_ACCURACY where the run misses what --tol asks. */
 enum ad_status simulate_ephemeris_judge(const struct simulate_run *run, struct ad_error *error);
 
-/* --periodic: the start becomes that of the periodic motion near it (simulate_periodic.c). */
+/* --periodic: the start becomes that of the periodic motion near it, or, with --continue, of the
+   last one of its family (simulate_periodic.c). */
 enum ad_status simulate_periodic(struct simulate_run *run, struct ad_error *error);
+void simulate_periodic_free(struct simulate_run *run);
 void simulate_report_periodic(const struct simulate_run *run, struct report *report);
+
+/* --continue (simulate_family.c): follows the family from x, period; AD_E_ACCURACY where it does
+   not lead to the value asked for; what is written. The CSV has a row a motion. */
+enum ad_status simulate_family(struct simulate_run *run, const double *x, double period,
+                               struct ad_error *error);
+enum ad_status simulate_family_judge(const struct simulate_run *run, struct ad_error *error);
+void simulate_family_report(const struct simulate_run *run, struct report *report);
+void simulate_family_csv(const struct simulate_run *run, FILE *out);
+enum ad_status simulate_family_file(const struct simulate_run *run, phys_hdf5 *file,
+                                    struct ad_error *error);
+enum ad_status simulate_family_picture(const struct simulate_run *run, struct plot *plot,
+                                       struct ad_error *error);
 
 /* Name of quantity k [SIMULATE_NAME]: coordinates, velocities, energy, t. */
 void simulate_quantity(const struct phys_system *system, size_t k, char *name);

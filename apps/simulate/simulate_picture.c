@@ -263,6 +263,8 @@ enum ad_status simulate_picture(const void *context, struct plot *plot, struct a
     char title[160];
     if (run->section.number)
         return simulate_section_picture(run, plot, error);
+    if (run->family.n)
+        return simulate_family_picture(run, plot, error);
     if (run->has_order)
         return simulate_gas_picture(run, plot, error);
     struct errors errors;

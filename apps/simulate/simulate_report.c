@@ -321,6 +321,7 @@ static void report_diagnosis(const struct simulate_run *run, struct report *repo
         report_list(report, "lyapunov_change", "  change in the second half", rate,
                     run->options->lyapunov, run->change);
     }
+    simulate_family_report(run, report);
     simulate_report_periodic(run, report);
     simulate_report_sensitivity(run, report);
     report_number(report, "mass_condition", NULL, NULL,

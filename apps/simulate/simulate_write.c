@@ -16,6 +16,10 @@ void simulate_write_csv(const void *context, FILE *out)
         simulate_section_csv(run, out);
         return;
     }
+    if (run->family.n) {
+        simulate_family_csv(run, out);
+        return;
+    }
     fputs(phys_time_name(&run->system), out);
     for (size_t k = 0; k < 2 * dof; k++) {
         simulate_quantity(&run->system, k, name);
@@ -117,7 +121,8 @@ enum ad_status simulate_file(const void *context, phys_hdf5 *file, struct ad_err
     }
     file_events(run, file);
     simulate_section_file(run, file);
-    if (file_half(s, 0, "path", file, error) == AD_OK &&
+    if (simulate_family_file(run, file, error) == AD_OK &&
+        file_half(s, 0, "path", file, error) == AD_OK &&
         file_half(s, 1, "velocity", file, error) == AD_OK)
         file_units(scene, file);
     return error->status;

@@ -40,3 +40,22 @@ ad_var phys_attraction_potential(ad_var q, size_t bodies, size_t dims, const ad_
     free(strength);
     return ad_sum_rows(ad_div(weights, ad_sqrt(phys_pair_squares(q, bodies, dims, 0))));
 }
+
+/* 1 / distance from (-shift, 0, 0); aside: the square of the distance from the axis of x. */
+static ad_var inverse(ad_var x, ad_var aside, ad_var shift)
+{
+    return ad_recip(ad_sqrt(ad_add(ad_square(ad_add(x, shift)), aside)));
+}
+
+ad_var phys_turning_frame(ad_var q, ad_var v, ad_var mu)
+{
+    ad_var x = ad_row(q, 0), y = ad_row(q, 1), aside = ad_square(y);
+    ad_var u = ad_sub(ad_row(v, 0), y), w = ad_add(ad_row(v, 1), x);
+    ad_var T = ad_add(ad_square(u), ad_square(w));
+    if (ad_rows(q) > 2) {
+        aside = ad_add(aside, ad_square(ad_row(q, 2)));
+        T = ad_add(T, ad_square(ad_row(v, 2)));
+    }
+    return ad_add(ad_mul(0.5, T), ad_add(ad_mul(ad_sub(1, mu), inverse(x, aside, mu)),
+                                         ad_mul(mu, inverse(x, aside, ad_sub(mu, 1)))));
+}

@@ -12,4 +12,9 @@ ad_var phys_attraction_kinetic(ad_var v, size_t bodies, size_t dims, const ad_va
 /* -G sum over pairs of m_i m_j / r [1 x n]. */
 ad_var phys_attraction_potential(ad_var q, size_t bodies, size_t dims, const ad_var m[], ad_var G);
 
+/* L [1 x n] of a body near two on circles about each other, at x = -mu and 1 - mu in the frame that
+   turns with them, in the plane or in space: terms linear in the velocity,
+       L = ((x' - y)^2 + (y' + x)^2 + z'^2) / 2 + (1 - mu)/r1 + mu/r2. */
+ad_var phys_turning_frame(ad_var q, ad_var v, ad_var mu);
+
 #endif

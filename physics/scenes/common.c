@@ -24,6 +24,13 @@ enum ad_status phys_start_2(const void *p, uint64_t seed, double *q, double *v,
     return start(p, 2, q, v);
 }
 
+enum ad_status phys_start_3(const void *p, uint64_t seed, double *q, double *v,
+                            struct ad_error *error)
+{
+    (void)seed, (void)error;
+    return start(p, 3, q, v);
+}
+
 ad_var phys_particle_kinetic(ad_var q, ad_var v, ad_var t, const void *p)
 {
     const struct phys_particle *s = p;

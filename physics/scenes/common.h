@@ -4,10 +4,12 @@
 
 #include "scenes.h"
 
-/* The start given by the first parameters: the coordinates, one or two, then their velocities. */
+/* The start given by the first parameters: the coordinates, one to three, then their velocities. */
 enum ad_status phys_start_1(const void *params, uint64_t seed, double *q, double *v,
                             struct ad_error *error);
 enum ad_status phys_start_2(const void *params, uint64_t seed, double *q, double *v,
+                            struct ad_error *error);
+enum ad_status phys_start_3(const void *params, uint64_t seed, double *q, double *v,
                             struct ad_error *error);
 
 /* A mass on a line; the first member of its scene's parameters. */

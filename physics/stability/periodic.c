@@ -5,6 +5,7 @@
 #include "autodiff/free.h"
 #include "autodiff/sized.h"
 #include "multipliers.h"
+#include "orbit.h"
 #include "physics/lagrangian/internal.h"
 #include "physics/linear/linear.h"
 #include "physics/linear/vectors.h"
@@ -39,24 +40,9 @@ struct orbit {
 static enum ad_status go(struct orbit *o, const struct phys_ode *ode, const char *method,
                          const double *x, double from, double to, double *y, struct ad_error *error)
 {
-    struct phys_simulation_info info;
-    struct phys_simulation how =
-        phys_simulation_of(phys_integrator_find(method, error), tolerance, to);
-    double *scale = malloc(ode->n * sizeof *scale);
-    if (!scale)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    for (size_t k = 0; k < ode->n; k++) {
-        scale[k] = o->size[k % o->d] / (k < o->d ? 1 : o->size[k / o->d - 1]);
-        y[k] = k < o->d ? x[k] : (k / o->d - 1 == k % o->d);
-    }
-    how.t0 = from;
-    how.scale = scale;
-    how.proceed = o->settings->proceed;
-    how.context = o->settings->context;
-    if (phys_simulate(&how, ode, y, &info, error) == AD_OK && info.stop != PHYS_SIMULATION_END)
-        ad_fail(error, AD_E_ACCURACY, "interrupted");
-    free(scale);
-    return error->status;
+    const struct phys_orbit orbit = {o->d, o->size, tolerance, o->settings->proceed,
+                                     o->settings->context};
+    return phys_orbit_follow(&orbit, ode, method, x, from, to, y, error);
 }
 
 static double energy_of(struct orbit *o, const double *x)
@@ -161,20 +147,12 @@ static bool advance(struct orbit *o, double *x, double *period, double *left,
 /* Forces that change with time have a period of their own. */
 static enum ad_status check_time(const struct orbit *o, struct ad_error *error)
 {
-    phys_motion *motion = NULL;
-    ad_var x[3], y[2];
-    if (o->settings->hold_period || phys_keeps_energy(o->system, error) ||
-        phys_motion_new(o->system, &motion, error) != AD_OK)
-        return error->status;
-    phys_motion_recorded(motion, x, y);
-    if (!phys_system_has_forces(o->system) ||
-        !phys_is_independent(x[0].tape, y[0], 1, &x[2], error) ||
-        !phys_is_independent(x[0].tape, y[1], 1, &x[2], error))
+    if (!o->settings->hold_period && !phys_orbit_is_timeless(o->system, error) &&
+        error->status == AD_OK)
         ad_fail(error, AD_E_ARGUMENT,
                 "the forces of %s depend on time, and the period is a multiple of theirs; hold the "
                 "period",
                 o->system->scene->name);
-    phys_motion_free(motion);
     return error->status;
 }
 

@@ -1,4 +1,5 @@
-/* leastaction modes: tables, files and pictures of one run, and what it refuses. */
+/* leastaction modes: tables, files and pictures of one run, and what it refuses; families
+   of periodic motions from modes (simulate --mode). */
 #include "tests/close.h"
 #include "shell.h"
 #include "tests/mentions.h"
@@ -47,9 +48,30 @@ static void boxes_and_modes_are_chosen(void **state)
     assert_int_equal(shell("$LA modes pendulum --set damping=.1"), 2);
 }
 
+/* From the mode at rest until the pendulum stands; the table is written where that is not reached.
+ */
+static void a_family_begins_with_a_mode(void **state)
+{
+    (void)state;
+    shell_works("$LA simulate pendulum --set l=1 --mode 1 --continue period=7 --json --csv f.csv");
+    assert_close(shell_number("period"), 7, 1e-14, 0);
+    const double E = shell_number("energy"); /* 7 = 4 K(sqrt(E/2)) */
+    assert_close(E, 0.7176632967782709, 1e-12, 0);
+    shell_works("head -1 f.csv | grep -qx 'number,value,uncertainty,mark,period,period_uncertainty,"
+                "energy,closure,theta,v_theta,multiplier1,multiplier1_imaginary,multiplier2,"
+                "multiplier2_imaginary' && tail -1 f.csv | cut -d, -f2 | grep -q '^7'");
+    assert_int_equal(shell("$LA simulate pendulum --set l=1 --periodic 6.4 --continue energy=-1 "
+                           "--csv f.csv --out f.h5 --plot f.svg --quiet"),
+                     1);
+    assert_mentions(shell_err(), "energy not reached rest");
+    shell_works("tail -1 f.csv | grep -q ',rest,6.28318530' && test -s f.svg && $LA dump f.h5 | "
+                "grep -q family/state");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(a_family_begins_with_a_mode, shell_empty),
         cmocka_unit_test_setup(the_table_is_the_file, shell_empty),
         cmocka_unit_test_setup(boxes_and_modes_are_chosen, shell_empty),
     };

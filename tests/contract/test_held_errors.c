@@ -30,6 +30,7 @@
 #include "physics/stability/stability.h"
 #include "physics/fit/fit.h"
 #include "physics/stability/periodic.h"
+#include "physics/stability/family.h"
 #include "hnn/hnn.h"
 #include "hnn/data/data.h"
 #include "hnn/pixels/latent.h"
@@ -166,6 +167,7 @@ static void touched(int signal)
     X(phys_transition, phys_transition(P, P, P, P, P, e))                                          \
     X(phys_sensitivity, phys_sensitivity(P, P, 1, P, 1, P, P, P, e))                               \
     X(phys_periodic_find, phys_periodic_find(P, P, O, e))                                          \
+    X(phys_family_follow, phys_family_follow(P, P, O, e))                                          \
     X(phys_fit_solve, phys_fit_solve(P, P, P, O, e))                                               \
     X(hnn_model_new, hnn_model_new(P, O, e))                                                       \
     X(hnn_model_new_network, hnn_model_new_network(P, HNN_HAMILTONIAN, 1, O, e))                   \

@@ -7,7 +7,7 @@
 #include "physics/fit/fit.h"
 #include "physics/motion/checks.h"
 #include "physics/path/path.h"
-#include "physics/stability/periodic.h"
+#include "physics/stability/family.h"
 #include "hnn/pixels/pixels.h"
 #include "quantum/slit.h"
 
@@ -47,6 +47,7 @@ static void test_words_and_paths(void **state)
     (void)state;
     assert_null(phys_ephemeris_planet(PHYS_EPHEMERIS_PLANETS));
     assert_null(phys_periodic_word((enum phys_periodic_kind)3));
+    assert_null(phys_family_mark_word((enum phys_family_mark)8));
     assert_string_equal(phys_time_name(NULL), "t");
     assert_int_equal(phys_grid_of(NULL).slices, 0);
     assert_true(isnan(phys_grid_time(NULL, 3)));

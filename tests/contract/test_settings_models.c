@@ -4,7 +4,7 @@
 #include "physics/modes/modes.h"
 #include "physics/motion/ensemble.h"
 #include "physics/physics.h"
-#include "physics/stability/periodic.h"
+#include "physics/stability/family.h"
 #include "quantum/run.h"
 #include "quantum/slit.h"
 #include "tests/contract/settings.h"
@@ -117,6 +117,25 @@ static enum ad_status use_periodic(const struct phys_periodic_settings *s, struc
     return error->status;
 }
 
+static struct phys_family_settings family(void)
+{
+    const struct phys_periodic_settings first = periodic();
+    return (struct phys_family_settings){.size = sizeof(struct phys_family_settings),
+                                         .x = first.x,
+                                         .period = first.period,
+                                         .along = "period",
+                                         .to = 116,
+                                         .steps = 2};
+}
+
+static enum ad_status use_family(const struct phys_family_settings *s, struct ad_error *error)
+{
+    struct phys_family found;
+    phys_family_follow(&pendulum, s, &found, error);
+    phys_family_free(&found);
+    return error->status;
+}
+
 static struct phys_equilibria_settings equilibria(void)
 {
     return (struct phys_equilibria_settings){.size = sizeof(struct phys_equilibria_settings),
@@ -159,6 +178,15 @@ static void test_motions(void **state)
     TRY(periodic, use_periodic, "x[0]", s.x = (double[]){NAN, 0});
     TRY(periodic, use_periodic, "period", s.period = 0);
     TRY(periodic, use_periodic, "period", s.period = NAN);
+    TRY(family, use_family, "", (void)s);
+    TRY(family, use_family, "size", s.size = 0);
+    TRY(family, use_family, "x", s.x = NULL);
+    TRY(family, use_family, "x[1]", s.x = (double[]){1, INFINITY});
+    TRY(family, use_family, "period", s.period = -1);
+    TRY(family, use_family, "along", s.along = NULL);
+    TRY(family, use_family, "periods", s.along = "periods");
+    TRY(family, use_family, "period to inf", s.to = INFINITY);
+    TRY(family, use_family, "hold", s.hold = (enum phys_family_hold)9);
     TRY(equilibria, use_equilibria, "", (void)s);
     TRY(equilibria, use_equilibria, "size", s.size = 0);
     TRY(equilibria, use_equilibria, "low", s.high = (double[]){1});

@@ -259,6 +259,45 @@ static double routh(void)
     return stable;
 }
 
+/* ---- bifurcations of periodic motions ---- */
+
+/* The value at the first mark of the family followed from x in the energy. */
+static double first_branch(const struct phys_system *system, const double *x, double period,
+                           double to)
+{
+    const struct phys_family_settings how = {
+        .size = sizeof how, .x = x, .period = period, .along = "energy", .to = to};
+    struct phys_family family;
+    struct ad_error error = {0};
+    double value = NAN;
+    phys_family_follow(system, &how, &family, &error);
+    assert_string_equal(error.message, "");
+    for (size_t k = 0; k < family.n; k++)
+        if (isnan(value) && family.member[k].mark == PHYS_MARK_BRANCH)
+            value = family.member[k].value;
+    phys_family_free(&family);
+    return value;
+}
+
+static double halo_orbits(void)
+{
+    const double x[] = {0.84230, 0.05278, 0, 0.03453, -0.00248, 0};
+    struct phys_system system = system_opened("cr3bp");
+    const double found = first_branch(&system, x, 2.737, -1.5868);
+    phys_system_close(&system);
+    return found;
+}
+
+/* Of the motion along the axis of y; energies in units of the saddle's. */
+static double henon_heiles_pitchfork(void)
+{
+    const struct phys_scene scene = scene_of("Henon-Heiles", 2, henon_heiles, 100, 0.1, start);
+    struct phys_system system = system_of(&scene);
+    const double x[] = {0, 0.88, 0, 0}, found = first_branch(&system, x, 9.4, 0.163);
+    phys_system_close(&system);
+    return 6 * found;
+}
+
 /* ---- the brachistochrone down a whole half turn of a circle of radius 1 ---- */
 
 static double quickest_descent(void)
@@ -307,6 +346,10 @@ static const struct {
      8.578421775156834, 1e-11, relativistic_period},
     {"L4, largest stable ratio of masses", "(1 - sqrt(69)/9)/2, Routh 1875", 0.0385208965045514,
      1e-7, routh},
+    {"Earth and Moon, energy where halo orbits leave Lyapunov's",
+     "heyoka, Taylor series of 80 bits", -1.587175977039039, 2e-12, halo_orbits},
+    {"Henon and Heiles, first pitchfork of the straight orbit A", "Brack, Found. Phys. 31, 2001",
+     0.969309, 5e-7, henon_heiles_pitchfork},
     {"brachistochrone, time of descent", "pi sqrt(R/g)", 1.0032046462945202, 1e-9,
      quickest_descent},
 };

@@ -1,0 +1,397 @@
+/* Members of a family, and the marks between two of them, located (family_parts.h). */
+#include "family_parts.h"
+#include "physics/io/grow.h"
+#include "physics/linear/linear.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LOCATING = 60, COVERS = 5, REST_STEPS = 12 };
+
+static const double together = 1e-5; /* arc length */
+static const double known = 0.1;     /* a multiplier to more than that is not */
+static const double covered = 1e-4;  /* of its size: closer, a motion repeats itself */
+static const double coarse = 1e-13;  /* another tolerance of motions */
+
+/* ---- members ---- */
+
+enum ad_status phys_family_add(struct family_run *run, const struct family_point *p,
+                               enum phys_family_mark mark, double uncertainty,
+                               struct ad_error *error)
+{
+    struct phys_family *family = run->family;
+    const size_t d = run->d;
+    const bool conserves = run->timeless && run->symplectic;
+    struct phys_family_member one = {.mark = mark, .uncertainty = uncertainty};
+    const struct phys_periodic_settings how = {.size = sizeof how,
+                                               .x = p->u,
+                                               .period = p->u[run->columns - 1],
+                                               .hold_period = !run->timeless,
+                                               .hold_energy = conserves,
+                                               .proceed = run->settings->proceed,
+                                               .context = run->settings->context};
+    one.energy = phys_family_energy(run, p->u);
+    if (mark == PHYS_MARK_REST || mark == PHYS_MARK_HALVING) { /* Newton's method is singular */
+        one.motion = (struct phys_periodic){.x = malloc(d * sizeof(double)),
+                                            .period = how.period,
+                                            .uncertainty = NAN,
+                                            .closure = NAN};
+        if (one.motion.x)
+            memcpy(one.motion.x, p->u, d * sizeof *p->u);
+        else
+            ad_fail(error, AD_E_MEMORY, "out of memory");
+    } else {
+        phys_periodic_find(&run->system, &how, &one.motion, error);
+    }
+    one.value = run->along == ALONG_ENERGY   ? one.energy
+                : run->along == ALONG_PERIOD ? one.motion.period
+                                             : p->u[d];
+    if (error->status == AD_OK && !phys_grow(&family->member, family->n, sizeof one))
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (error->status == AD_OK)
+        family->member[family->n++] = one;
+    else
+        phys_periodic_free(&one.motion);
+    return error->status;
+}
+
+size_t phys_family_trivial(const struct phys_periodic *motion)
+{
+    size_t n = 0;
+    for (size_t k = 0; k < motion->n; k++) {
+        const struct phys_multiplier *m = &motion->multiplier[k];
+        n += hypot(m->re - 1, m->im) <= 4 * m->uncertainty;
+    }
+    return n;
+}
+
+size_t phys_family_outside(const struct phys_periodic *motion)
+{
+    size_t n = 0;
+    for (size_t k = 0; k < motion->n; k++) {
+        const struct phys_multiplier *m = &motion->multiplier[k];
+        n += hypot(m->re, m->im) - 1 > fmax(4 * m->uncertainty, 1e-4);
+    }
+    return n;
+}
+
+/* Whether the multipliers of the last member, found apart from what located it, are those of its
+   mark; else it is removed. */
+static void confirm(struct family_run *run)
+{
+    struct phys_family *family = run->family;
+    const struct phys_family_member *last = &family->member[family->n - 1];
+    size_t met = 0;
+    if (last->mark != PHYS_MARK_BRANCH && last->mark != PHYS_MARK_DOUBLING &&
+        last->mark != PHYS_MARK_TORUS)
+        return;
+    for (size_t k = 0; k < last->motion.n; k++) {
+        const struct phys_multiplier *m = &last->motion.multiplier[k];
+        const double off = last->mark == PHYS_MARK_TORUS
+                               ? fabs(hypot(m->re, m->im) - 1)
+                               : hypot(m->re - (last->mark == PHYS_MARK_BRANCH ? 1 : -1), m->im);
+        met += off <= 4 * m->uncertainty && m->uncertainty < known;
+    }
+    if (met <= (last->mark == PHYS_MARK_DOUBLING ? 0 : run->trivial))
+        phys_periodic_free(&family->member[--family->n].motion);
+}
+
+/* ---- marks between two points ---- */
+
+struct located {
+    enum family_test test;
+    double at; /* arc length from the first of both points */
+    struct family_point point;
+    double uncertainty, period_uncertainty; /* of value and period */
+};
+
+/* The point at a share of the way from a to b, which are `length` apart. */
+static enum ad_status between(struct family_run *run, const struct family_point *a,
+                              const struct family_point *b, double length, double at,
+                              struct family_point *to, struct ad_error *error)
+{
+    double moved;
+    for (size_t j = 0; j < run->columns; j++)
+        to->u[j] = a->u[j] + at / length * (b->u[j] - a->u[j]);
+    return phys_family_correct(run, a, a->tangent, at, to, &moved, error);
+}
+
+/* How much value and period depend on the tolerance of the motions and on rounding. */
+static enum ad_status doubt(struct family_run *run, const struct family_point *a,
+                            const struct family_point *b, double length, struct located *found,
+                            struct ad_error *error)
+{
+    const enum family_test test = found->test;
+    const size_t T = run->columns - 1;
+    const struct family_point *p = &found->point;
+    struct family_point other;
+    if (!phys_family_point_new(run, &other))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    run->tolerance = coarse;
+    if (between(run, a, b, length, found->at, &other, error) == AD_OK) {
+        double off = fabs(p->test[test]) + fabs(other.test[test] - p->test[test]);
+        const double before = other.test[test];
+        if (phys_family_multipliers(run, 4 * DBL_EPSILON, &other, error) == AD_OK)
+            phys_family_test(run, &other);
+        off += fabs(other.test[test] - before) + (test == TEST_FOLD ? p->noise[test] : 0);
+        off /= fabs(b->test[test] - a->test[test]);
+        found->uncertainty = fabs(other.value - p->value) + p->doubt +
+                             (test == TEST_FOLD ? 0 : off * fabs(b->value - a->value));
+        found->period_uncertainty =
+            fabs(other.u[T] - p->u[T]) + p->doubt_period + off * fabs(b->u[T] - a->u[T]);
+    }
+    run->tolerance = FAMILY_FINE;
+    phys_family_point_free(&other);
+    return error->status;
+}
+
+/* Where a test that differs in sign at a and b is 0, by false position (Illinois). */
+static enum ad_status locate(struct family_run *run, const struct family_point *a,
+                             const struct family_point *b, double length, struct located *found,
+                             struct ad_error *error)
+{
+    const enum family_test test = found->test;
+    struct family_point *p = &found->point;
+    double low = 0, high = length, f = a->test[test], g = b->test[test];
+    for (size_t k = 0; k < LOCATING && high - low > 4 * DBL_EPSILON * length; k++) {
+        double at = low - f * (high - low) / (g - f);
+        at = at > low && at < high ? at : 0.5 * (low + high);
+        if (between(run, a, b, length, at, p, error) != AD_OK)
+            return error->status;
+        found->at = at;
+        const double now = p->test[test];
+        if (fabs(now) <= 1e-3 * p->noise[test] || now == 0)
+            break;
+        if ((now > 0) == (f > 0)) {
+            low = at;
+            f = now;
+            g /= 2;
+        } else {
+            high = at;
+            g = now;
+            f /= 2;
+        }
+    }
+    return doubt(run, a, b, length, found, error);
+}
+
+/* A fold where the equations are singular: another family of half the period crosses. The test is
+   odd about it, the value even; both are seen from a share of the way to it. */
+static enum ad_status approach(struct family_run *run, const struct family_point *a,
+                               const struct family_point *b, double length, double small,
+                               struct located *found, struct ad_error *error)
+{
+    const size_t n = run->columns, T = n - 1;
+    struct family_point *p = &found->point, far;
+    const enum family_test test = found->test;
+    double f = a->test[test], g = b->test[test], from = 0, to = length;
+    if (!phys_family_point_new(run, &far))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; k < 2 && error->status == AD_OK; k++) {
+        found->at = from + f * (to - from) / (f - g);
+        from = (1 - 2 * small) * found->at;
+        to = (1 - small) * found->at;
+        if (between(run, a, b, length, from, &far, error) == AD_OK)
+            between(run, a, b, length, to, p, error);
+        f = far.test[test];
+        g = p->test[test];
+    }
+    const double share = g / (f - g), even = g * g / (f * f - g * g);
+    found->uncertainty = fabs(p->value - far.value) + (1 + even) * p->doubt;
+    found->period_uncertainty = fabs(p->u[T] - far.u[T]) + (1 + even) * p->doubt_period;
+    for (size_t j = 0; j < n && error->status == AD_OK; j++)
+        p->u[j] += (p->u[j] - far.u[j]) * (j < run->d ? share : even);
+    p->value += (p->value - far.value) * even;
+    phys_family_point_free(&far);
+    return error->status;
+}
+
+/* Whether the motion is, at a fold, another one that is gone round more often. */
+static enum ad_status is_halved(struct family_run *run, const struct family_point *p, bool *is,
+                                struct ad_error *error)
+{
+    const struct phys_orbit orbit = {run->d, run->unit, FAMILY_FINE, run->settings->proceed,
+                                     run->settings->context};
+    *is = false;
+    for (size_t k = 2; k <= COVERS && run->timeless; k++) {
+        double apart = 0;
+        if (phys_orbit_follow(&orbit, &run->ode, "taylor", p->u, 0,
+                              p->u[run->columns - 1] / (double)k, run->y, error) != AD_OK)
+            return error->status;
+        for (size_t i = 0; i < run->d; i++)
+            apart += pow((run->y[i] - p->u[i]) / run->unit[i], 2);
+        *is = *is || sqrt(apart) < covered;
+    }
+    return error->status;
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const struct located *x = a, *y = b;
+    return (x->at > y->at) - (x->at < y->at);
+}
+
+/* The mark of what was located; a multiplier passes 1 where the value turns back, too. */
+static enum ad_status judge(struct family_run *run, const struct located *found, size_t n, size_t k,
+                            enum phys_family_mark *mark, struct ad_error *error)
+{
+    static const enum phys_family_mark marks[TESTS] = {
+        PHYS_MARK_NONE, PHYS_MARK_FOLD, PHYS_MARK_BRANCH, PHYS_MARK_DOUBLING, PHYS_MARK_TORUS};
+    bool halved = false;
+    *mark = marks[found[k].test];
+    if (found[k].test == TEST_TORUS && !phys_family_is_torus(run, &found[k].point))
+        *mark = PHYS_MARK_NONE;
+    for (size_t j = 0; j < n && found[k].test == TEST_ONE; j++)
+        if (found[j].test == TEST_FOLD && fabs(found[j].at - found[k].at) < together)
+            *mark = PHYS_MARK_NONE;
+    if (*mark == PHYS_MARK_FOLD && run->family->member[0].motion.turns == 1 &&
+        is_halved(run, &found[k].point, &halved, error) == AD_OK && halved)
+        *mark = PHYS_MARK_HALVING;
+    return error->status;
+}
+
+/* What cannot be located is at b, known to the step. */
+static enum ad_status locate_or_bound(struct family_run *run, const struct family_point *a,
+                                      const struct family_point *b, double length,
+                                      struct located *found, struct ad_error *error)
+{
+    struct ad_error lost = {0};
+    if (locate(run, a, b, length, found, &lost) == AD_OK)
+        return AD_OK;
+    run->tolerance = FAMILY_FINE;
+    for (double small = 0.01;
+         small < 0.2 && found->test == TEST_FOLD && lost.status == AD_E_ACCURACY; small *= 3) {
+        lost = (struct ad_error){0};
+        if (approach(run, a, b, length, small, found, &lost) == AD_OK)
+            return AD_OK;
+    }
+    if (lost.status != AD_E_ACCURACY && lost.status != AD_E_NONFINITE)
+        return ad_fail(error, lost.status, "%s", lost.message);
+    phys_family_point_copy(run, b, &found->point);
+    found->at = length;
+    found->uncertainty = fabs(b->value - a->value);
+    found->period_uncertainty = fabs(b->u[run->columns - 1] - a->u[run->columns - 1]);
+    return AD_OK;
+}
+
+bool phys_family_mark_between(struct family_run *run, const struct family_point *a,
+                              const struct family_point *b, double length, struct ad_error *error)
+{
+    struct located found[TESTS] = {{0}};
+    size_t n = 0;
+    bool ends = false;
+    for (size_t k = 0; k < TESTS && error->status == AD_OK; k++) {
+        struct located *one = &found[n];
+        if (!(a->test[k] * b->test[k] < 0) || fabs(a->test[k]) < a->noise[k] ||
+            fabs(b->test[k]) < b->noise[k])
+            continue;
+        one->test = (enum family_test)k;
+        n++;
+        if (!phys_family_point_new(run, &one->point))
+            ad_fail(error, AD_E_MEMORY, "out of memory");
+        else
+            locate_or_bound(run, a, b, length, one, error);
+    }
+    qsort(found, n, sizeof *found, by_place);
+    for (size_t k = 0; k < n && error->status == AD_OK && !ends; k++) {
+        enum phys_family_mark is;
+        if (judge(run, found, n, k, &is, error) != AD_OK)
+            break;
+        if (found[k].test == TEST_TARGET) {
+            ends = phys_family_add(run, &found[k].point, PHYS_MARK_NONE, NAN, error) == AD_OK;
+            run->family->end = PHYS_FAMILY_REACHED;
+        } else if (is != PHYS_MARK_NONE) {
+            if (phys_family_add(run, &found[k].point, is, found[k].uncertainty, error) != AD_OK)
+                break;
+            run->family->member[run->family->n - 1].motion.uncertainty =
+                found[k].period_uncertainty;
+            confirm(run);
+            ends = is == PHYS_MARK_HALVING;
+            run->family->end = PHYS_FAMILY_ENDS;
+        }
+    }
+    for (size_t k = 0; k < TESTS; k++)
+        phys_family_point_free(&found[k].point);
+    return ends;
+}
+
+/* ---- rest ---- */
+
+/* Newton's method to the point at rest amid a small motion u: x [d]. */
+static enum ad_status find_rest(struct family_run *run, const double *u, double *x,
+                                struct ad_error *error)
+{
+    const struct phys_orbit orbit = {run->d, run->unit, FAMILY_FINE, run->settings->proceed,
+                                     run->settings->context};
+    const size_t dof = run->d / 2;
+    double *rate = run->slope, *a = run->step, *J = run->J, off = INFINITY;
+    if (phys_orbit_follow(&orbit, &run->ode, "taylor", u, 0, 0.5 * u[run->columns - 1], run->y,
+                          error) != AD_OK)
+        return error->status;
+    for (size_t i = 0; i < run->d; i++)
+        x[i] = i < dof ? 0.5 * (u[i] + run->y[i]) : 0;
+    memset(run->y, 0, run->ode.n * sizeof *run->y);
+    for (size_t k = 0; k < REST_STEPS && off > 4 * DBL_EPSILON; k++) {
+        for (size_t j = 0; j <= dof; j++) /* J by rows; the force itself last */
+            for (int sign = 1; sign >= -1; sign -= 2) {
+                const double h = j < dof ? 1e-5 * run->unit[j] : 1;
+                memcpy(run->y, x, run->d * sizeof *x);
+                run->y[j] += j < dof ? sign * h : 0;
+                if (run->ode.field(run->ode.context, 0, run->y, rate, error) != AD_OK)
+                    return error->status;
+                for (size_t i = 0; i < dof && j < dof; i++)
+                    J[i * dof + j] =
+                        (sign > 0 ? 0 : J[i * dof + j]) + sign * rate[dof + i] / (2 * h);
+            }
+        memcpy(a, rate + dof, dof * sizeof *a);
+        if (phys_lapack_lu_solve_once(dof, J, a) != 0)
+            break;
+        off = 0;
+        for (size_t i = 0; i < dof; i++) {
+            x[i] -= a[i];
+            off = fmax(off, fabs(a[i]) / run->unit[i]);
+        }
+    }
+    return off < 1e-9
+               ? AD_OK
+               : ad_fail(error, AD_E_ACCURACY, "the motion shrinks, but to no point at rest");
+}
+
+/* f, linear in e, at e0, by the last two of three; and by how much it is not linear. */
+static double extrapolate(const double e[3], const double f[3], double e0, double *doubt)
+{
+    double at[2];
+    for (size_t k = 0; k < 2; k++)
+        at[k] = f[k + 1] + (f[k + 1] - f[k]) * (e0 - e[k + 1]) / (e[k + 1] - e[k]);
+    *doubt = fabs(at[1] - at[0]);
+    return at[1];
+}
+
+enum ad_status phys_family_rest(struct family_run *run, struct family_point *p,
+                                struct ad_error *error)
+{
+    const struct phys_family *family = run->family;
+    const size_t T = run->columns - 1;
+    double e[3], f[3], periods[3], doubt = 0, period_doubt;
+    if (family->n < 3)
+        return ad_fail(error, AD_E_ACCURACY, "the motion shrinks to a point at rest");
+    if (find_rest(run, p->u, p->u, error) != AD_OK)
+        return error->status;
+    for (size_t k = 0; k < 3; k++) {
+        const struct phys_family_member *m = &family->member[family->n - 3 + k];
+        e[k] = m->energy;
+        f[k] = m->value;
+        periods[k] = m->motion.period;
+    }
+    const double e0 = phys_family_energy(run, p->u);
+    p->u[T] = extrapolate(e, periods, e0, &period_doubt);
+    if (run->along == ALONG_PARAMETER)
+        p->u[run->d] = extrapolate(e, f, e0, &doubt);
+    doubt = (run->along == ALONG_PERIOD ? period_doubt : doubt) + 8 * DBL_EPSILON * run->power;
+    if (phys_family_add(run, p, PHYS_MARK_REST, doubt, error) == AD_OK)
+        run->family->member[run->family->n - 1].motion.uncertainty =
+            period_doubt + 8 * DBL_EPSILON * p->u[T];
+    return error->status;
+}
