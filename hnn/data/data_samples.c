@@ -107,7 +107,7 @@ static void gather_component(const struct hnn_dataset_settings *s, struct hnn_pa
 
 static struct hnn_samples samples_of(const struct hnn_part *part)
 {
-    const bool shared = part->table->shared;
+    const bool shared = part->shared;
     return (struct hnn_samples){.n = part->n,
                                 .x = part->x,
                                 .target = part->target,
@@ -166,6 +166,8 @@ enum ad_status hnn_samples_make(const struct hnn_dataset_settings *s, struct hnn
         part[k].n = part[k].end = count(part[k].table, part[k].role);
         if (part[k].table->shared)
             hnn_samples_share(s->ranks, part[k].n, &part[k].begin, &part[k].end);
+        part[k].shared = part[k].table->shared && part[k].end;
+        part[k].end = part[k].end ? part[k].end : part[k].n;
     }
     if (part[0].n == 0 || (part[1].n == 0 && (test != table || s->test_fraction > 0)))
         return ad_fail(error, AD_E_INPUT, "%s: no sample is left %s: expected longer trajectories",

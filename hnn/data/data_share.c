@@ -17,8 +17,9 @@ void hnn_samples_share(const struct ad_ranks *ranks, size_t n, size_t *begin, si
 {
     size_t rank = ranks ? ranks->rank : 0;
     size_t first = ad_ranks_first(ranks, n, rank), last = ad_ranks_first(ranks, n, rank + 1);
-    *begin = first > MARGIN ? first - MARGIN : 0;
-    *end = n - last > MARGIN ? last + MARGIN : n;
+    const bool all = n <= 2 * MARGIN;
+    *begin = !all && first > MARGIN ? first - MARGIN : 0;
+    *end = all ? 0 : n - last > MARGIN ? last + MARGIN : n;
 }
 
 /* ---- sums over all samples ---- */
@@ -96,7 +97,7 @@ enum ad_status hnn_share_count(struct hnn_table *table, struct hnn_source *sourc
             hash = ad_hash(hash, table->column[k], rows * sizeof **table->column);
     }
     table->trials = table->rows > 0;
-    table->begins_with = hash;
+    table->fingerprint = ad_hash(hash, &source->crc, sizeof source->crc);
     return error->status;
 }
 
@@ -107,8 +108,8 @@ enum ad_status hnn_share_agree(const struct hnn_dataset_settings *s, const struc
     char text[96];
     if (ad_ranks_agree(s->ranks, error) != AD_OK || !table->shared)
         return error->status;
-    snprintf(text, sizeof text, "%zu rows, the first ones %016" PRIx64, table->rows,
-             table->begins_with);
+    snprintf(text, sizeof text, "%zu rows of fingerprint %016" PRIx64, table->rows,
+             table->fingerprint);
     return ad_ranks_same(s->ranks, table->file, text, error);
 }
 

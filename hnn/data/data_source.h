@@ -28,6 +28,7 @@ struct hnn_source {
     size_t units_line;          /* line below it without a number, left out; 0: none */
     size_t mixed_line;          /* first row, where it has words among its numbers; 0: none */
     bool ordered;               /* columns stand as their author put them */
+    unsigned long crc;          /* of what was read, of text: all lines, whatever is needed */
     bool skip_missing;          /* set before the first read: missing values are read as NaN */
 };
 

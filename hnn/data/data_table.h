@@ -71,7 +71,7 @@ struct hnn_table {
     unsigned char *role;  /* [rows], enum hnn_role */
     bool shared;          /* columns are room for PHYS_CSV_ROWS rows, of which hnn_share_read makes
                              samples */
-    uint64_t begins_with; /* hash of the first of them */
+    uint64_t fingerprint; /* hash of the first of them, and of text all of it */
 };
 /* Reads all rows of a file, or of columns if it is NULL; their roles are HNN_UNUSED. Ends with
    hnn_table_free, whatever it returned. */
@@ -105,6 +105,7 @@ struct hnn_part {
     struct hnn_table *table;
     enum hnn_role role;
     size_t n, begin, end;
+    bool shared;                /* among ranks */
     double *x, *target, *steps; /* steps: of rollouts, or forward differences */
 };
 

@@ -14,7 +14,9 @@ static enum ad_status text_read(struct hnn_source *source, size_t room, double *
 {
     struct phys_csv *csv = &((struct text *)source)->csv;
     csv->skip_missing = source->skip_missing;
-    return phys_csv_read(csv, room, to, 1, rows, error);
+    phys_csv_read(csv, room, to, 1, rows, error);
+    source->crc = csv->lines.crc;
+    return error->status;
 }
 
 static void text_place(const struct hnn_source *source, size_t k, char *text, size_t size)

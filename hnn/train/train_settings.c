@@ -37,6 +37,7 @@ static enum ad_status check_share(const hnn_model *model, const struct hnn_train
     if (!samples->end)
         return AD_OK;
     hnn_samples_share(s->ranks, samples->n, &begin, &end);
+    end = end ? end : samples->n;
     if (model->settings.kind == HNN_LAGRANGIAN || s->rollout || s->loss || samples->frames)
         return ad_fail(error, AD_E_ARGUMENT,
                        "Lagrangian models, rollouts, losses of one's own and frames: expected all "

@@ -58,6 +58,7 @@ static enum ad_status fill(struct phys_lines *lines, struct ad_error *error)
         int n =
             gzread(lines->stream, lines->buffer + lines->n, (unsigned)(lines->capacity - lines->n));
         got = n > 0 ? (size_t)n : 0;
+        lines->crc = crc32(lines->crc, (const Bytef *)lines->buffer + lines->n, (uInt)got);
         lines->n += got;
         lines->ended = got == 0;
     }

@@ -15,6 +15,7 @@ struct phys_lines {
     size_t capacity, at, n; /* not yet returned: buffer[at..n-1] */
     size_t line;            /* number of the last line returned */
     bool ended;             /* the stream has no more */
+    unsigned long crc;      /* CRC-32 of what was read of it */
 };
 /* Ends with phys_lines_close, whatever it returned. */
 enum ad_status phys_lines_open(struct phys_lines *lines, const char *file, struct ad_error *error);

@@ -142,16 +142,23 @@ static void test_damaged(void **state)
 {
     (void)state;
     struct path good = files_temporary("good.h5"), bad = files_temporary("bad.h5"),
-                other = files_temporary("other.h5");
-    write_files(ROWS, NULL, &good);
+                other = files_temporary("other.h5"), csv = files_temporary("good.csv");
+    size_t bytes;
+    write_files(ROWS, &csv, &good);
     write_files(ROWS - 10, NULL, &bad);
     write_files(17, NULL, &other);
+    char *text = files_read(csv.text, &bytes), *digit = text + bytes - 6;
+    *digit = *digit == '5' ? '6' : '5'; /* of the last number, which rank 1 alone takes */
+    struct path changed = files_write("changed.csv", text, bytes);
+    free(text);
     const struct hnn_dataset_settings data = {.size = sizeof data, .state = "1,2", .rate = "3,4"};
     struct job damaged = {
         .name = "damaged", .data = data, .file = {bad.text, bad.text, bad.text, bad.text}};
     struct job another = {.name = "another", .data = data, .file = {good.text, other.text}};
+    struct job digits = {.name = "digits", .data = data, .file = {csv.text, changed.text}};
     with_ranks(4, work, &damaged);
     with_ranks(2, work, &another);
+    with_ranks(2, work, &digits);
     for (size_t k = 0; k < 4; k++) {
         assert_int_equal(damaged.error[k].status, AD_E_INPUT);
         assert_mentions(damaged.error[k].message, "rank 3 bad.h5 row 59991");
@@ -160,6 +167,8 @@ static void test_damaged(void **state)
     for (size_t k = 0; k < 2; k++) {
         assert_int_equal(another.error[k].status, AD_E_INPUT);
         assert_mentions(another.error[k].message, "rank 1 other.h5");
+        assert_int_equal(digits.error[k].status, AD_E_INPUT);
+        assert_mentions(digits.error[k].message, "rank 1 changed.csv 60000 rows");
     }
 }
 
