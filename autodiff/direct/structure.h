@@ -88,16 +88,20 @@ static void diff(const ad_tape *tape, const struct node *n, const struct node *w
         }
 }
 
-static void matmul(const struct node *n, const struct node *a, const struct node *b, R *y, R *va,
-                   R *vb, R *ga, R *gb)
+static void matmul(const ad_tape *tape, const struct ad_direct *d, const struct node *n, R *y,
+                   bool backward)
 {
+    const struct node *a = node_at(tape, n->in[0]), *b = node_at(tape, n->in[1]);
+    const size_t at = direct_offset(d, n->in[0]), bt = direct_offset(d, n->in[1]);
+    R *va = (R *)d->value + at, *vb = (R *)d->value + bt;
     const bool ta = n->aux & 1, tb = n->aux >> 1 & 1;
     const size_t inner = ta ? a->rows : a->cols;
-    if (!ga) {
+    if (!backward) {
         ad_blas_gemm(TYPE, ta, tb, n->rows, n->cols, inner, va, a->cols, vb, b->cols, false, y,
                      n->cols);
         return;
     }
+    R *ga = (R *)d->adjoint + at, *gb = (R *)d->adjoint + bt;
     if (ta) /* a^T b: a += b y^T */
         ad_blas_gemm(TYPE, tb, true, inner, n->rows, n->cols, vb, b->cols, y, n->cols, true, ga,
                      a->cols);
@@ -117,7 +121,7 @@ static void matmul(const struct node *n, const struct node *a, const struct node
 static void structure(const ad_tape *tape, struct ad_direct *d, uint32_t id, bool backward)
 {
     const struct node *n = node_at(tape, id), *in = node_at(tape, n->in[0]);
-    R *values = d->value, *base = backward ? d->adjoint : d->value;
+    R *base = backward ? d->adjoint : d->value;
     R *y = base + direct_offset(d, id), *x = base + direct_offset(d, n->in[0]);
     struct elements at;
     if (!backward)
@@ -164,27 +168,15 @@ static void structure(const ad_tape *tape, struct ad_direct *d, uint32_t id, boo
     case AD_OP_factor:
     case AD_OP_solve:
     case AD_OP_logdet:
-        if (!backward)
-            system_forward(n, d, id, y);
-        else if (n->op == AD_OP_solve)
-            solve_backward(n, d, values + direct_offset(d, id), y);
-        else if (n->op == AD_OP_logdet)
-            logdet_backward(n, d, y);
+        (backward ? system_backward : system_forward)(n, d, id, y);
         break;
     case AD_OP_custom:
     case AD_OP_custom_adjoint:
-        if (backward)
-            custom_backward(tape, d, id);
-        else
-            custom_forward(tape, d, id);
+        (backward ? custom_backward : custom_forward)(tape, d, id);
         break;
-    case AD_OP_matmul: {
-        const size_t b = direct_offset(d, n->in[1]);
-        R *adjoints = backward ? d->adjoint : NULL;
-        matmul(n, in, node_at(tape, n->in[1]), y, values + direct_offset(d, n->in[0]), values + b,
-               backward ? x : NULL, backward ? adjoints + b : NULL);
+    case AD_OP_matmul:
+        matmul(tape, d, n, y, backward);
         break;
-    }
     default:
         break;
     }

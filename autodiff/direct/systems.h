@@ -77,3 +77,11 @@ static void logdet_backward(const struct node *n, struct ad_direct *d, const R *
         }
     free(unit);
 }
+
+static void system_backward(const struct node *n, struct ad_direct *d, uint32_t id, R *y)
+{
+    if (n->op == AD_OP_solve)
+        solve_backward(n, d, (R *)d->value + direct_offset(d, id), y);
+    else if (n->op == AD_OP_logdet)
+        logdet_backward(n, d, y);
+}

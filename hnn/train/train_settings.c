@@ -50,15 +50,9 @@ static enum ad_status check_share(const hnn_model *model, const struct hnn_train
     return AD_OK;
 }
 
-enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_training *s,
-                                  const struct hnn_samples *train, const struct hnn_samples *test,
-                                  struct ad_error *error)
+static enum ad_status check_samples(bool pixels, const struct hnn_samples *train,
+                                    const struct hnn_samples *test, struct ad_error *error)
 {
-    bool pixels = model->settings.pixels > 0;
-    if (s->ranks && ad_ranks_check(s->ranks, error) != AD_OK)
-        return error->status;
-    if (!s->optimiser) /* not found: `error` may say so already */
-        return ad_fail(error, AD_E_ARGUMENT, "training without an optimiser");
     if (train->n == 0)
         return ad_fail(error, AD_E_ARGUMENT, "there are no samples to train on");
     if (train->n > UINT32_MAX || test->n > UINT32_MAX) /* hnn_data.order */
@@ -79,51 +73,75 @@ enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_train
         return ad_fail(error, AD_E_ARGUMENT,
                        "frames of %zu pixels to train on, and of %zu for the test", train->frame,
                        test->frame);
-    if (check_share(model, s, train, error) != AD_OK || check_share(model, s, test, error) != AD_OK)
-        return error->status;
-    if (s->steps == 0)
-        return ad_fail(error, AD_E_ARGUMENT, "steps: expected at least 1, such as 2000, got 0");
+    return AD_OK;
+}
+
+/* Each number alone. */
+static enum ad_status check_numbers(const struct hnn_training *s, size_t samples,
+                                    struct ad_error *error)
+{
+    const struct {
+        bool right;
+        const char *what;
+        double got;
+    } rows[] = {
+        {s->steps > 0, "steps: expected at least 1, such as 2000", (double)s->steps},
+        {s->learning_rate > 0 && isfinite(s->learning_rate),
+         "learning rate: expected more than 0, such as 1e-3", s->learning_rate},
+        {s->weight_decay >= 0 && isfinite(s->weight_decay),
+         "weight decay: expected at least 0, such as 1e-4", s->weight_decay},
+        {s->clip >= 0 && isfinite(s->clip), "norm of gradients: expected 0 or more", s->clip},
+        {s->momentum >= 0 && s->momentum < 1, "momentum: expected 0 or more, less than 1",
+         s->momentum},
+        {s->average >= 0 && s->average <= 1,
+         "fraction of the steps to average over: expected 0 to 1", s->average},
+    };
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        if (!rows[k].right)
+            return ad_fail(error, AD_E_ARGUMENT, "%s, got %g", rows[k].what, rows[k].got);
     if (s->rollout > HNN_ROLLOUT_MOST)
         return ad_fail(error, AD_E_ARGUMENT, "rollout: expected at most %d steps, got %zu",
                        HNN_ROLLOUT_MOST, s->rollout);
-    if (pixels && s->rollout)
-        return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs a model of states");
-    if (s->batch > train->n)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "batch: expected at most the %zu samples there are, got %zu", train->n,
-                       s->batch);
-    if (!(s->learning_rate > 0) || !isfinite(s->learning_rate))
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "learning rate: expected more than 0, such as 1e-3, got %g",
-                       s->learning_rate);
-    if (!(s->weight_decay >= 0) || !isfinite(s->weight_decay))
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "weight decay: expected at least 0, such as 1e-4, got %g", s->weight_decay);
-    if (!(s->clip >= 0) || !isfinite(s->clip))
-        return ad_fail(error, AD_E_ARGUMENT, "norm of gradients: expected 0 or more, got %g",
-                       s->clip);
-    if (s->clip > 0 && s->optimiser == &hnn_lbfgs)
-        return ad_fail(
-            error, AD_E_ARGUMENT,
-            "lbfgs searches along its directions; expected gradients that are not clipped");
-    if (!(s->momentum >= 0 && s->momentum < 1))
-        return ad_fail(error, AD_E_ARGUMENT, "momentum: expected 0 or more, less than 1, got %g",
-                       s->momentum);
-    if (!(s->average >= 0 && s->average <= 1))
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "fraction of the steps to average over: expected 0 to 1, got %g",
-                       s->average);
-    if (pixels && s->loss)
-        return ad_fail(error, AD_E_ARGUMENT, "a loss of one's own needs a model of states");
-    if (s->rollout && !(steps_are_positive(s, train) && steps_are_positive(s, test)))
-        return ad_fail(error, AD_E_ARGUMENT, "a loss on rollouts needs positive time steps");
+    return s->batch > samples
+               ? ad_fail(error, AD_E_ARGUMENT,
+                         "batch: expected at most the %zu samples there are, got %zu", samples,
+                         s->batch)
+               : AD_OK;
+}
+
+enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_training *s,
+                                  const struct hnn_samples *train, const struct hnn_samples *test,
+                                  struct ad_error *error)
+{
+    const bool pixels = model->settings.pixels > 0;
+    if (s->ranks && ad_ranks_check(s->ranks, error) != AD_OK)
+        return error->status;
+    if (!s->optimiser) /* not found: `error` may say so already */
+        return ad_fail(error, AD_E_ARGUMENT, "training without an optimiser");
+    if (check_samples(pixels, train, test, error) != AD_OK ||
+        check_share(model, s, train, error) != AD_OK ||
+        check_share(model, s, test, error) != AD_OK || check_numbers(s, train->n, error) != AD_OK)
+        return error->status;
+    const struct {
+        bool wrong;
+        const char *what;
+    } rows[] = {
+        {pixels && s->rollout, "a loss on rollouts needs a model of states"},
+        {pixels && s->loss, "a loss of one's own needs a model of states"},
+        {s->rollout && !(steps_are_positive(s, train) && steps_are_positive(s, test)),
+         "a loss on rollouts needs positive time steps"},
+        {s->clip > 0 && s->optimiser == &hnn_lbfgs,
+         "lbfgs searches along its directions; expected gradients that are not clipped"},
+        {s->patience && test->n == 0,
+         "stopping by the test loss needs test samples; set some apart"},
+    };
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        if (rows[k].wrong)
+            return ad_fail(error, AD_E_ARGUMENT, "%s", rows[k].what);
     if (s->optimiser->full_batch && s->batch && s->batch != train->n)
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s needs all samples in every step; expected a full batch",
                        s->optimiser->name);
-    if (s->patience && test->n == 0)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "stopping by the test loss needs test samples; set some apart");
     if (hnn_stepping_check(model, s, error) != AD_OK)
         return error->status;
     return hnn_velocities_check(model, s, train, error);
