@@ -1,4 +1,4 @@
-/* What launchers say in the environment of the processes that they start. */
+/* The number of processes started by a launcher, from its environment variables (ranks.h). */
 #include "ranks.h"
 
 #include <stdlib.h>

@@ -1,4 +1,4 @@
-/* The last words of ranks: which had to wait, and for which. */
+/* Reports at the end of a run which ranks waited, and for which (ranks.h). */
 #include "ranks.h"
 
 #include <stdio.h>

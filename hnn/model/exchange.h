@@ -4,7 +4,7 @@
 
 #include "hnn/hnn.h"
 
-/* What of a foreign file the settings of a model cannot say. */
+/* What settings of a model cannot hold of a foreign file. */
 struct hnn_exchange {
     bool own;    /* written by hnn_model_export: it has all settings */
     double bias; /* of the last map, left out: it changes no motion */

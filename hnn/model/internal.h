@@ -114,7 +114,7 @@ ad_var hnn_record_lagrangian(const hnn_model *model, ad_var parameters, ad_var x
    are theirs one after another (autoencoder.c). */
 ad_var hnn_record_encode_all(const hnn_model *model, ad_var parameters, size_t n,
                              const ad_var pixels[]);
-/* Draws all parameters, `values` [size] (start.c). AD_E_MEMORY. */
+/* Draws all parameters, `values` [size] (initial_weights.c). AD_E_MEMORY. */
 enum ad_status hnn_start_draw(const hnn_model *model, double *values, struct ad_error *error);
 /* Elements as doubles and back, whatever their type. */
 void hnn_to_double(enum ad_type type, size_t n, const void *from, double *to);

@@ -7,7 +7,7 @@
 #include <stddef.h>
 
 /* Product of complex matrices, pairs of real and imaginary part: c [m x n] = a [m x k] op(b),
-   where b is [k x n], or [n x k] to be transposed (not conjugated). No rows are strided. */
+   where b is [k x n], or [n x k] to be transposed (not conjugated). Rows are contiguous. */
 void phys_lapack_gemm_complex(bool transpose_b, size_t m, size_t n, size_t k, const double *a,
                               const double *b, double *c);
 
@@ -95,7 +95,7 @@ size_t phys_lapack_symmetric_inertia(size_t n, size_t stride, const double *a, c
 bool phys_band_inertia(size_t n, size_t width, const double *band, size_t *negative, bool *memory);
 /* Solves a x = b for m right sides, b [m x n], one a row, in place. */
 void phys_lapack_symmetric_solve(size_t n, const double *a, const int *pivots, size_t m, double *b);
-/* Both by LAPACK, where they take long enough for it. */
+/* The same two by LAPACK, for matrices large enough to repay the call. */
 int phys_lapack_symmetric_factor_large(size_t n, double *a, int *pivots, double *work);
 void phys_lapack_symmetric_solve_large(size_t n, const double *a, const int *pivots, size_t m,
                                        double *b);

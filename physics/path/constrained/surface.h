@@ -33,24 +33,25 @@ enum ad_status phys_surface_new(const struct phys_system *system, const struct p
                                 struct phys_surface **surface, struct ad_error *error);
 void phys_surface_free(struct phys_surface *surface); /* takes NULL */
 
-/* Moves all nodes of a path [degree*dof x slices] but its ends to where g = 0. AD_E_NONFINITE names
-   the time where that cannot be done, or where normals of neighbours point to opposite sides: no
-   curve on the surface need be between them. */
+/* Moves all nodes of a path [degree*dof x slices], except its ends, onto g = 0. AD_E_NONFINITE: it
+   fails at the time named, or normals at neighbouring nodes point to opposite sides, so that no
+   curve on the surface need join them. */
 enum ad_status phys_surface_meet(struct phys_surface *s, double *path, struct ad_error *error);
-/* Leaves of x, at slice i or (k > 0) node k behind it, what is tangential there. False: constraints
-   depend on each other there. */
+/* Projects x onto the tangent space at slice i, or (k > 0) at node k behind it. False: the
+   constraints are linearly dependent there. */
 bool phys_surface_project(struct phys_surface *s, const double *path, size_t i, size_t k,
                           double *x);
-/* The same of a gradient [degree*dof x slices] at all nodes; its norm. NaN: not a surface. */
+/* Projects a gradient [degree*dof x slices] at all nodes; returns its norm, NaN where constraints
+   are linearly dependent. */
 double phys_surface_gradient(struct phys_surface *s, const double *path, double *gradient);
-/* Fills `tangent` from `whole` as it is at the path. */
+/* Computes `tangent` from `whole`, both at the path. */
 void phys_surface_reduce(struct phys_surface *s, const double *path);
 /* Z^T x, and Z u: x [degree*dof x slices], u [degree*left x slices]. */
 void phys_surface_to(const struct phys_surface *s, const double *x, double *u);
 void phys_surface_from(const struct phys_surface *s, const double *u, double *x);
 
-/* Takes off v what leads off the constraints at q, in the metric of the masses: momenta of a path
-   are known but for forces of the constraints. Nothing of a scene without them. */
+/* Projects v onto the tangent space at q, in the metric of the mass matrix: momenta of a path are
+   known up to the impulses of the constraints. Does nothing for a scene without constraints. */
 enum ad_status phys_surface_velocity(const struct phys_system *system, const double *q, double t,
                                      double *v, struct ad_error *error);
 /* Velocities [dof x slices] at the slices of a stationary path, from its momenta, and the forces of
