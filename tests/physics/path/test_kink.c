@@ -148,9 +148,35 @@ static void a_kink_of_a_lattice_is_found_from_a_line(void **state)
     phys_system_close(&system);
 }
 
+/* The momentum jumps where v = 1.13. */
+static ad_var faster_or_slower(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)q, (void)t, (void)params;
+    return ad_add(ad_mul(0.5, ad_square(v)), ad_max(ad_sub(v, 1.13), 0.0));
+}
+
+static void a_path_jumps_by_its_velocity(void **state)
+{
+    enum { POINTS = 17 };
+    const struct phys_scene two = scene_of("two", 1, faster_or_slower, POINTS, 0.1, start);
+    struct phys_system system;
+    struct ad_error error = {0};
+    double path[POINTS];
+    (void)state;
+    assert_int_equal(phys_system_make(&two, &system, &error), AD_OK);
+    const struct phys_path_settings settings = phys_path_defaults(&system);
+    for (int crosses = 0; crosses < 2; crosses++) {
+        for (size_t i = 0; i < POINTS; i++)
+            path[i] = 0.1 * (double)i * (crosses ? 0.1 * (double)i : 1); /* v = 1, or 2 t */
+        assert_int_equal(phys_path_jumps(&system, &settings, path), crosses);
+    }
+    phys_system_close(&system);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(a_kink_from_a_line),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(a_path_jumps_by_its_velocity),
+                                       cmocka_unit_test(a_kink_from_a_line),
                                        cmocka_unit_test(a_whole_kink_is_right_or_refused),
                                        cmocka_unit_test(a_kink_of_a_lattice_is_found_from_a_line)};
     return cmocka_run_group_tests(tests, NULL, NULL);
