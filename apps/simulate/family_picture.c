@@ -98,8 +98,8 @@ enum ad_status simulate_family_picture(const struct simulate_run *run, struct pl
     if (plane) {
         layout.width = 1440;
         layout.columns = 3;
-        layout.left = 0.05;
-        layout.gap_x = 0.07;
+        layout.room.left = 0.05;
+        layout.gap.x = 0.07;
     }
     layout.found = line.text;
     figure_begin(&figure, plot, &layout);
