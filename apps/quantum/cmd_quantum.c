@@ -27,11 +27,14 @@ static int run_packets(struct quantum_run *run, struct ad_error *error)
                 "the error is not known: %s takes too many steps to t = %g; try fewer --steps",
                 result->truth, end);
     else if (result->error > run->options->tolerance)
-        ad_fail(error, AD_E_ACCURACY, "--tol %g: the error is %.2g, against %s; try %s",
+        ad_fail(error, AD_E_ACCURACY, "--tol %g: the error is %.2g, against %s; try %s%s",
                 run->options->tolerance, result->error, result->truth,
                 least_norm(run) < 0.5
                     ? "a larger --box or a shorter time: most of a packet has left"
-                    : "more --points and a shorter --dt, a larger --box, or --method fft");
+                    : "more --points and a shorter --dt, a larger --box",
+                least_norm(run) < 0.5 || strcmp(run->options->method, "kernel") != 0
+                    ? ""
+                    : ", or --method fft");
     else if (result->stopped)
         ad_fail(error, AD_E_ACCURACY, "interrupted at t = %g; results are partial", end);
     return command_status(error);

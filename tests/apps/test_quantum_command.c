@@ -172,6 +172,8 @@ static void test_errors_are_known(void **state)
     assert_int_equal(shell("$LA quantum --power 60 --points 128 --dt 1"), 1);
     assert_null(strstr(shell_err(), "--dt"));
     assert_non_null(strstr(shell_err(), "--box"));
+    assert_int_equal(shell("$LA quantum --scene pendulum --method fft --dt 2 --steps 10"), 1);
+    assert_null(strstr(shell_err(), "--method"));
 }
 
 /* A20: packets that are not in the box, and boxes that nobody gave. */
