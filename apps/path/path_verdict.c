@@ -19,6 +19,8 @@ static void reason(const struct path_run *run, char *text, size_t size)
     else if (!run->found.stationary)
         snprintf(text, size, "the path is not stationary: %s, |gradient| %.3g",
                  path_stop_name(run->found.info.stop), run->found.info.grad_norm);
+    else if (run->found.singular)
+        snprintf(text, size, "the path passes a singularity between two slices");
     else if (s->legendre == PHYS_NEGATIVE)
         snprintf(text, size, "L_vv is negative definite: of -S it is %zu, %s of the action",
                  s->index, s->index ? "a saddle" : "a maximum");
@@ -101,7 +103,7 @@ void path_report_kind(const struct path_run *run, struct report *report)
 {
     const struct phys_spectrum *s = &run->found.spectrum;
     char why[200];
-    bool known = run->found.stationary && s->legendre == PHYS_POSITIVE;
+    bool known = run->found.stationary && !run->found.singular && s->legendre == PHYS_POSITIVE;
     if (known && !s->undetermined) {
         report_line(report, "\n  Morse index %zu: %s of the action", s->index,
                     s->index ? "a saddle" : "a minimum");

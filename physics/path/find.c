@@ -300,6 +300,10 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
         phys_path_is_singular(s->system, s->settings, s->path, &found->singular, &lost);
         phys_keep_memory(&lost, error);
     }
+    if (found->singular) { /* what the grid alone has is no kind of path */
+        phys_spectrum_free(&found->spectrum);
+        found->spectrum.undetermined = true;
+    }
     if (isinf(found->discretisation) || found->singular)
         found->discretisation = (double)NAN;
     if (compare && compare_given(s, error) == AD_OK && s->settings->compare_true &&
