@@ -1,9 +1,9 @@
-/* Scans the forces at a fixed state over time (time_scan.h), on a grid much finer than the steps of
-   any motion. Where the fourth difference of five values is as large as these differ, the grid does
-   not resolve the change there, and a finer one is laid over it, and so on: a pulse of which a few
-   samples see the tail is followed to its peak, a switch to the resolution of t. On each grid the
-   times returned have equal shares of the integral of |d4 f/dt4|^(1/4), as the nodes of an adapted
-   mesh. */
+/* Scans the forces, and L, at a fixed state over time (time_scan.h), on a grid much finer than the
+   steps of any motion. Where the fourth difference of five values is as large as these differ, the
+   grid does not resolve the change there, and a finer one is laid over it, and so on: a pulse of
+   which a few samples see the tail is followed to its peak, a switch to the resolution of t. On
+   each grid the times returned have equal shares of the integral of |d4 f/dt4|^(1/4), as the nodes
+   of an adapted mesh. */
 #include "time_scan.h"
 #include "autodiff/ascending.h"
 #include "physics/lagrangian/conserved.h"
@@ -30,7 +30,8 @@ static const double FINEST = 1e-12;
 struct scan {
     ad_tape *tape;
     ad_program *program;
-    ad_var q, v, t, force;
+    ad_var q, v, t, seen[2]; /* forces, then L; which of these is sampled */
+    size_t which;
     double t0, t1;
     /* of a motion: its states x [2 dof][n] at times at [n], the interval last interpolated, and
        room [2 dof][COLUMNS]; NULL: one state */
@@ -59,10 +60,11 @@ static enum ad_status record(struct scan *s, const struct phys_system *system, c
                    s->v = ad_input(s->tape, dof, COLUMNS, "v")};
     ad_var g[2];
     s->t = ad_input(s->tape, 1, COLUMNS, "t");
-    ad_grad(ad_sum(phys_system_lagrangian(system, in[0], in[1], s->t)), 2, in, g);
+    s->seen[1] = phys_system_lagrangian(system, in[0], in[1], s->t);
+    ad_grad(ad_sum(s->seen[1]), 2, in, g);
     g[0] = phys_system_add_forces(system, g[0], in[0], in[1], s->t);
-    s->force = ad_add(phys_mixed(g[0], 0.3), phys_mixed(g[1], 0.7));
-    if (ad_compile(s->tape, 1, &s->force, &s->program) == AD_OK) {
+    s->seen[0] = ad_add(phys_mixed(g[0], 0.3), phys_mixed(g[1], 0.7));
+    if (ad_compile(s->tape, 2, s->seen, &s->program) == AD_OK) {
         ad_set(s->program, in[0], x);
         ad_set(s->program, in[1], x + dof * COLUMNS);
     }
@@ -110,7 +112,7 @@ static void sample(struct scan *s, double a, double b, size_t n, double *force)
         }
         ad_set(s->program, s->t, t);
         ad_run(s->program);
-        ad_get(s->program, s->force, force + i);
+        ad_get(s->program, s->seen[s->which], force + i);
     }
 }
 
@@ -188,6 +190,17 @@ static void search(struct scan *s, double a, double b, size_t n, size_t count, d
     }
 }
 
+/* The forces; and L, where a front that passes in less than a step of the grid leaves another
+   value. What L changes without forces need not be resolved. */
+static void search_all(struct scan *s, double *room)
+{
+    search(s, s->t0, s->t1, GRID, LANDINGS, 0, room);
+    const double unresolved = s->to->unresolved;
+    s->which = 1;
+    search(s, s->t0, s->t1, GRID, 0, 0, room);
+    s->to->unresolved = unresolved;
+}
+
 /* Steps are no shorter than the finest grid. */
 static void sort(struct phys_time_scan *scan, double span)
 {
@@ -211,7 +224,7 @@ enum ad_status phys_time_scan(const struct phys_system *system, const double *q,
     if (!scan->times)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (record(&s, system, q, v, error) == AD_OK)
-        search(&s, t0, t1, GRID, LANDINGS, 0, scan->times + 2 * MOST);
+        search_all(&s, scan->times + 2 * MOST);
     sort(scan, t1 - t0);
     scan->resolution = (t1 - t0) / (GRID - 1);
     end(&s);
@@ -228,7 +241,7 @@ enum ad_status phys_time_scan_along(const struct phys_system *system, size_t n, 
         s.at = t;
         s.x = x;
         s.n = n;
-        search(&s, s.t0, s.t1, GRID, LANDINGS, 0, scan->times + 2 * MOST);
+        search_all(&s, scan->times + 2 * MOST);
     }
     end(&s);
     if (error->status == AD_OK && isinf(found.unresolved)) {
