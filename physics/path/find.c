@@ -4,6 +4,7 @@
 #include "autodiff/free.h"
 #include "grid_independence.h"
 #include "newton.h"
+#include "path_nodes.h"
 #include "path_units.h"
 #include "physics/lagrangian/conserved.h"
 #include "physics/motion/method.h"
@@ -167,6 +168,35 @@ static void measure_momentum(const struct search *s, const struct phys_ode *ode,
     phys_keep_memory(&none, error);
 }
 
+/* When the forces change at the start's place, and where the path is by then: what travels meets it
+   at another time. */
+static enum ad_status scan_times(const struct search *s, const double *q, const double *v,
+                                 struct phys_time_scan *scan, struct ad_error *error)
+{
+    enum { TIMES = 1000 };
+    const struct phys_grid grid = phys_grid_of(s->settings);
+    const double T = phys_grid_time(&grid, s->slices - 1);
+    struct phys_path_nodes nodes = {0};
+    if (phys_time_scan(s->system, q, v, 0, T, scan, error) != AD_OK || !scan->times)
+        return error->status;
+    double *t = malloc((TIMES + 1) * (1 + 2 * s->dof) * sizeof *t);
+    double *x = t ? t + TIMES + 1 : NULL, *at = t ? x + 2 * s->dof * TIMES : NULL;
+    if (!t)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else if (phys_path_nodes_new(&nodes, s->dof, &grid, 3, s->path, error) == AD_OK) {
+        for (size_t i = 0; i < TIMES; i++) {
+            t[i] = T * (double)i / (TIMES - 1);
+            phys_path_nodes_at(&nodes, t[i], at, at + s->dof);
+            for (size_t k = 0; k < 2 * s->dof; k++)
+                x[k * TIMES + i] = at[k];
+        }
+        phys_time_scan_along(s->system, TIMES, t, x, scan, error);
+    }
+    phys_path_nodes_free(&nodes);
+    free(t);
+    return error->status;
+}
+
 static enum ad_status compare_motion(const struct search *s, struct ad_error *error)
 {
     struct phys_path_found *found = s->found;
@@ -180,9 +210,7 @@ static enum ad_status compare_motion(const struct search *s, struct ad_error *er
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     double *motion = v + s->dof, *check = motion + n, *y = check + n;
     struct phys_time_scan scan = {0};
-    const double T = (double)(s->slices - 1) * s->settings->dt;
-    if (own_start(s, q, v, &lost) == AD_OK &&
-        phys_time_scan(s->system, q, v, 0, T, &scan, &lost) == AD_OK) {
+    if (own_start(s, q, v, &lost) == AD_OK && scan_times(s, q, v, &scan, &lost) == AD_OK) {
         times = malloc((1 + s->dof) * (s->slices + scan.n) * sizeof *times);
         if (!times)
             ad_fail(&lost, AD_E_MEMORY, "out of memory");

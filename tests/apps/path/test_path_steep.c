@@ -113,6 +113,22 @@ static void test_pulses(void **state)
     assert_in_range(missed, 1, 7);
 }
 
+/* A14: fronts that travel, of speed 10, meet the path where its start is not. */
+static void test_fronts(void **state)
+{
+    (void)state;
+    static const char *const steep[] = {"1e2", "1e4", "1e7"};
+    for (size_t k = 0; k < LENGTH(steep); k++) {
+        shell_works("${CC:-cc} -std=c11 -shared -fPIC -I$ROOT "
+                    "'-DV(x)=ad_mul(-0.1,ad_tanh(ad_mul(%s,ad_sub(ad_add(x,20.0),"
+                    "ad_mul(10.0,t)))))' $ROOT/tests/apps/scenes/kink.c -o k.so",
+                    steep[k]);
+        assert_int_equal(
+            shell("$LA path ./k.so --start x1=1 --end x1=3 --time 6 --tol 1e-6 --json"), 1);
+        assert_true(shell_number("true_distance") > 1e-3);
+    }
+}
+
 /* Layers exp(-t/eps) at both ends, thinner than the elements there: the slices next to the ends err
    most, and count. */
 static void test_layers_at_the_ends(void **state)
@@ -154,6 +170,7 @@ int main(void)
         cmocka_unit_test_setup(test_continuation, shell_empty),
         cmocka_unit_test_setup(test_kinks, shell_empty),
         cmocka_unit_test_setup(test_pulses, shell_empty),
+        cmocka_unit_test_setup(test_fronts, shell_empty),
         cmocka_unit_test_setup(test_layers_at_the_ends, shell_empty),
         cmocka_unit_test_setup(test_a_path_that_nothing_holds, shell_empty),
     };
