@@ -13,7 +13,7 @@ enum { PIECE = 4096 }; /* slices sent at once */
 
 bool path_by_blocks(const struct path_options *options)
 {
-    return options->blocks || options->common.ranks;
+    return options->blocks || (options->common.ranks && !path_wants_all(options));
 }
 
 enum ad_status path_blocks_check(const struct path_options *options, struct ad_error *error)

@@ -60,8 +60,10 @@ enum ad_status path_find_all(struct path_run *run, struct ad_error *error)
     struct phys_solutions *solutions = &run->solutions;
     const double *first =
         run->options->init || !run->reference ? run->start : run->reference; /* the motion is one */
-    if (phys_path_all(&run->system, &run->settings, first, STARTS, run->options->common.seed,
-                      solutions, error) != AD_OK)
+    struct phys_path_settings settings = run->settings;
+    settings.ranks = run->options->common.ranks;
+    if (phys_path_all(&run->system, &settings, first, STARTS, run->options->common.seed, solutions,
+                      error) != AD_OK)
         return error->status;
     if (solutions->n == 0 && solutions->interrupted)
         return ad_fail(error, AD_E_ACCURACY, "interrupted before a stationary path was found");

@@ -6,6 +6,7 @@
 #ifndef PHYSICS_PATH_PATH_H
 #define PHYSICS_PATH_PATH_H
 
+#include "autodiff/ranks.h"
 #include "physics/action/action.h"
 
 AD_HEADER_BEGIN
@@ -98,6 +99,9 @@ struct phys_path_settings {
     /* newton: [slices] times of the slices in units of dt, ascending from 0 to slices - 1; NULL:
        0, 1, 2 ... */
     const double *mesh;
+    /* Of phys_path_all, which all of them call: starts are dealt out among them, and all have the
+       same solutions, those of one process. proceed ends the search from any of them. NULL: one. */
+    struct ad_ranks *ranks;
 };
 
 /* Defaults: rule left, the scene's slices and time step, 500 steps at a learning rate of 1e-2, or
@@ -381,7 +385,8 @@ struct phys_solutions {
    velocity at the first end; with two and three those of motions from a dense covering of the
    velocities at the first end; with more those found from random velocities, at most `starts`,
    fewer once a new path has become unlikely. Both ends are given: AD_E_ARGUMENT where
-   settings->ends leaves coordinates free. Free with phys_solutions_free; empty on failure. */
+   settings->ends leaves coordinates free. AD_E_IO as in ranks.h. Free with phys_solutions_free;
+   empty on failure. */
 enum ad_status phys_path_all(const struct phys_system *system,
                              const struct phys_path_settings *settings, const double *path,
                              size_t starts, uint64_t seed, struct phys_solutions *solutions,

@@ -5,6 +5,7 @@
    itself, as J^-1 sees it, the box has one root at most, to which Newton's method leads. Other
    boxes are divided. */
 #include "covering.h"
+#include "autodiff/free.h"
 #include "end_box.h"
 #include "physics/io/grow.h"
 #include "physics/io/random.h"
@@ -15,11 +16,18 @@
 #include <string.h>
 
 enum { DOF = PHYS_END_MAP_DOF, COARSEST = 8, DEEPEST = 15, LOOKS = 300, LOOKING = 8 };
+enum { AHEAD = 512 }; /* boxes for each of many ranks that are divided at once */
 
 static const double TOLERANCE = 1e-13; /* of the motions of a covering, per step */
 static const double NEGLIGIBLE = 1e-4; /* share of the velocities that ends a covering */
 static const double SAFETY = 2;        /* times the departure from the linear part that is seen */
 static const double LINEAR = 0.25;     /* a change of J on a box that leaves it one root at most */
+
+/* The children of a box, and what their motions took. */
+struct division {
+    struct phys_end_box child[1 << DOF];
+    size_t steps;
+};
 
 struct cover {
     struct phys_covering *c;
@@ -27,7 +35,9 @@ struct cover {
     double frame[DOF][DOF]; /* rows: edges of the boxes */
     struct phys_end_box *box;
     size_t boxes;
-    double volume; /* of the boxes that are still to be divided */
+    double volume;             /* of the boxes that are still to be divided */
+    struct division *division; /* of boxes `first` to first + divided - 1 */
+    size_t first, divided;
 };
 
 static void place(const struct cover *s, const double *x, double *w)
@@ -148,23 +158,57 @@ static void give_up(struct cover *s, const struct phys_end_box *b, bool look,
         phys_cover_near(s->c, w, error);
 }
 
-static void divide(struct cover *s, const struct phys_end_box *parent, struct ad_error *error)
+static enum ad_status divide_box(void *context, size_t k, void *result, struct ad_error *error)
 {
-    struct phys_end_box child[1 << DOF];
-    size_t n = s->n, children = (size_t)1 << n;
-    for (size_t c = 0; c < children; c++) {
-        child[c] = (struct phys_end_box){.half = 0.5 * parent->half, .depth = parent->depth + 1};
-        for (size_t k = 0; k < n; k++)
-            child[c].x[k] = parent->x[k] + (c >> k & 1 ? 0.5 : -0.5) * parent->half;
-        evaluate(s, &child[c]);
+    struct cover *s = context;
+    struct division *d = result;
+    const struct phys_end_box *parent = &s->box[s->first + k];
+    const size_t before = s->c->map->steps;
+    for (size_t c = 0; c < (size_t)1 << s->n; c++) {
+        struct phys_end_box *child = &d->child[c];
+        *child = (struct phys_end_box){.half = 0.5 * parent->half, .depth = parent->depth + 1};
+        for (size_t i = 0; i < s->n; i++)
+            child->x[i] = parent->x[i] + (c >> i & 1 ? 0.5 : -0.5) * parent->half;
+        evaluate(s, child);
     }
+    d->steps = s->c->map->steps - before;
+    s->c->map->steps = before;
+    return error->status;
+}
+
+/* Children of the boxes from k on, by all ranks. */
+static enum ad_status look_ahead(struct cover *s, size_t k, struct ad_error *error)
+{
+    struct ad_ranks *ranks = s->c->ranks;
+    const size_t most = ranks ? AHEAD * ranks->count : 1, left = s->boxes - k;
+    if (!s->division && !(s->division = malloc(most * sizeof *s->division)))
+        ad_fail(error, AD_E_MEMORY, "out of memory for boxes of velocities");
+    if (s->c->agree)
+        s->c->agree(s->c->context, error);
+    s->first = k;
+    s->divided = left < most ? left : most;
+    return ad_ranks_agree(ranks, error) == AD_OK
+               ? ad_ranks_deal(ranks, s->divided, sizeof *s->division, divide_box, s, s->division,
+                               error)
+               : error->status;
+}
+
+/* Box k, of which `parent` is a copy. */
+static void divide(struct cover *s, size_t k, const struct phys_end_box *parent,
+                   struct ad_error *error)
+{
+    const size_t children = (size_t)1 << s->n;
+    if (k >= s->first + s->divided && look_ahead(s, k, error) != AD_OK)
+        return;
+    const struct division *d = &s->division[k - s->first];
+    s->c->map->steps += d->steps;
     for (size_t c = 0; c < children && error->status == AD_OK; c++)
-        if (in_shell(s, &child[c]) &&
-            judge(s, &child[c], parent, child, children, error) == DIVIDE) {
-            if (child[c].depth < DEEPEST)
-                push(s, &child[c], error);
+        if (in_shell(s, &d->child[c]) &&
+            judge(s, &d->child[c], parent, d->child, children, error) == DIVIDE) {
+            if (d->child[c].depth < DEEPEST)
+                push(s, &d->child[c], error);
             else
-                give_up(s, &child[c], true, error);
+                give_up(s, &d->child[c], true, error);
         }
 }
 
@@ -218,11 +262,11 @@ enum ad_status phys_cover(struct phys_covering *c, struct ad_error *error)
         if (stride)
             give_up(&s, &parent, k % stride == 0 && c->map->steps < c->steps, error);
         else
-            divide(&s, &parent, error);
+            divide(&s, k, &parent, error);
         if (c->found && error->status == AD_OK)
             c->found(c->context, error);
     }
     c->undecided /= shell;
-    free(s.box);
+    AD_FREE(s.box, s.division);
     return error->status;
 }

@@ -3,6 +3,7 @@
 #ifndef PHYSICS_PATH_ALL_COVERING_H
 #define PHYSICS_PATH_ALL_COVERING_H
 
+#include "autodiff/ranks.h"
 #include "end_map.h"
 
 struct phys_end_root {
@@ -25,7 +26,10 @@ struct phys_covering {
     struct phys_end_roots *roots; /* found so far, by any covering */
     /* Called as the search goes on: what to do with new roots. */
     enum ad_status (*found)(void *context, struct ad_error *error);
+    /* Before boxes are dealt out among ranks: whether to go on, agreed by them. NULL: no ranks. */
+    bool (*agree)(void *context, struct ad_error *error);
     void *context;
+    struct ad_ranks *ranks; /* that divide boxes together; NULL: one */
     /* Results: the volume of boxes that were still to be divided, relative to the shell's, and
        whether it is because of `steps`; map->proceed, too, ends it. */
     double undecided;

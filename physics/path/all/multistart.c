@@ -7,6 +7,7 @@
    sign; for many, velocities are drawn at random until another start is unlikely to find a new
    path: after N successful starts the probability of an unseen path is about the fraction of paths
    seen once (Good, Biometrika 40, 1953). */
+#include "autodiff/free.h"
 #include "multistart.h"
 #include "end_map.h"
 #include "physics/io/random.h"
@@ -15,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SUBSTEPS = 4, BISECTIONS = 30, STEPS = 60, LEAST_STARTS = 30 };
+enum { SUBSTEPS = 4, BISECTIONS = 30, STEPS = 60, LEAST_STARTS = 30, AT_ONCE = 4 };
 
 static const double ROUNDING = 1e-9;  /* of coordinates: ends so near are one place */
 static const double GRID = 1.02;      /* ratio of neighbouring velocities in a sweep */
@@ -28,6 +29,14 @@ bool phys_multistart_goes_on(struct phys_multistart *s)
     if (s->settings.proceed && !s->settings.proceed(s->settings.context))
         s->solutions->interrupted = true;
     return !s->solutions->interrupted;
+}
+
+bool phys_multistart_agree(struct phys_multistart *s, struct ad_error *error)
+{
+    double going = !s->asked || s->asked(s->settings.context);
+    if (ad_ranks_least(s->ranks, 1, &going, error) != AD_OK || going == 0)
+        s->solutions->interrupted = true;
+    return phys_multistart_goes_on(s);
 }
 
 /* Newton from s->path; what does not converge is no solution, and no error: s->led counts what
@@ -152,23 +161,84 @@ static double unseen(const struct phys_multistart *s, size_t led, double *limit)
     return led ? (double)once / (double)led : 1;
 }
 
+/* What a start leads to, and the path [n] behind it. */
+struct attempt {
+    struct phys_path_info info;
+    bool led;
+};
+
+struct drawing {
+    struct phys_multistart *s;
+    const double *v; /* [starts][dof] */
+};
+
+static enum ad_status attempt(void *context, size_t k, void *result, struct ad_error *error)
+{
+    struct drawing *d = context;
+    struct phys_multistart *s = d->s;
+    struct attempt *a = result;
+    memcpy(s->v, d->v + k * s->dof, s->dof * sizeof *s->v);
+    if (!begin(s))
+        return error->status;
+    phys_rule_interpolate(s->settings.rule, s->dof, s->slices, s->path);
+    a->led = phys_newton_settle(&s->newton, s->path, &a->info, error);
+    memcpy(a + 1, s->path, s->n * sizeof *s->path);
+    return error->status;
+}
+
+static enum ad_status take_attempt(struct phys_multistart *s, const struct attempt *a,
+                                   struct ad_error *error)
+{
+    if (!a->led)
+        return AD_OK;
+    s->led++;
+    s->info = a->info;
+    memcpy(s->path, a + 1, s->n * sizeof *s->path);
+    return phys_multistart_keep(s, error);
+}
+
+/* Starts from `from` on, at most `most`, dealt out; `enough`: no more are needed. */
+static enum ad_status draw_some(struct phys_multistart *s, const struct drawing *d, size_t from,
+                                size_t most, size_t led, char *results, bool *enough,
+                                struct ad_error *error)
+{
+    const size_t bytes = sizeof(struct attempt) + s->n * sizeof *s->path;
+    struct drawing drawing = *d;
+    ad_ranks_deal(s->ranks, most, bytes, attempt, &drawing, results, error);
+    for (size_t k = 0; k < most && error->status == AD_OK && !*enough; k++) {
+        s->solutions->starts = from + k + 1;
+        take_attempt(s, (const struct attempt *)(void *)(results + k * bytes), error);
+        *enough = s->led - led >= LEAST_STARTS &&
+                  unseen(s, s->led - led, &s->solutions->unseen_limit) <= UNSEEN;
+    }
+    return error->status;
+}
+
 static enum ad_status draw(struct phys_multistart *s, size_t starts, uint64_t seed,
                            struct ad_error *error)
 {
+    const size_t led = s->led, most = s->ranks ? AT_ONCE * s->ranks->count : 1;
     struct phys_random random;
+    bool enough = false;
+    double *v = malloc(most * s->dof * sizeof *v);
+    char *results = malloc(most * (sizeof(struct attempt) + s->n * sizeof *s->path));
+    struct drawing drawing = {s, v};
+    if (!v || !results)
+        ad_fail(error, AD_E_MEMORY, "out of memory for %zu starts", most);
+    ad_ranks_agree(s->ranks, error);
     phys_random_seed(&random, seed);
-    const size_t led = s->led;
-    for (size_t j = 0; j < starts && error->status == AD_OK && phys_multistart_goes_on(s); j++) {
-        s->solutions->starts = j + 1;
-        double size = s->speed * pow(10, 2 * phys_random_uniform(&random) - 1);
-        for (size_t k = 0; k < s->dof; k++)
-            s->v[k] = size * phys_random_normal(&random);
-        if (begin(s))
-            make_stationary(s, error);
-        if (s->led - led >= LEAST_STARTS &&
-            unseen(s, s->led - led, &s->solutions->unseen_limit) <= UNSEEN)
-            break;
+    for (size_t from = 0, n;
+         from < starts && error->status == AD_OK && !enough && phys_multistart_agree(s, error);
+         from += n) {
+        n = starts - from < most ? starts - from : most;
+        for (size_t j = 0; j < n; j++) {
+            double size = s->speed * pow(10, 2 * phys_random_uniform(&random) - 1);
+            for (size_t k = 0; k < s->dof; k++)
+                v[j * s->dof + k] = size * phys_random_normal(&random);
+        }
+        draw_some(s, &drawing, from, n, led, results, &enough, error);
     }
+    AD_FREE(v, results);
     s->solutions->led = s->led - led;
     s->solutions->unseen = unseen(s, s->led - led, &s->solutions->unseen_limit);
     return error->status;
@@ -265,7 +335,13 @@ enum ad_status phys_path_all(const struct phys_system *system,
                                 .dof = system->dof,
                                 .slices = settings->slices,
                                 .n = settings->rule->degree * system->dof * settings->slices,
+                                .ranks = settings->ranks,
+                                .asked = settings->proceed,
                                 .solutions = solutions};
+    if (s.ranks && ad_ranks_check(s.ranks, error) != AD_OK)
+        return error->status;
+    if (s.ranks)
+        s.settings.proceed = NULL;
     s.settings.energy_weight = 0;
     s.settings.steps = STEPS;
     s.q = malloc((4 * s.dof + s.n) * sizeof *s.q);

@@ -14,7 +14,9 @@ struct phys_multistart {
     struct phys_path_settings settings;
     struct phys_newton newton;
     const double *given;
-    size_t dof, slices, n; /* n: numbers of a path with its inner nodes */
+    struct ad_ranks *ranks;       /* NULL: one */
+    bool (*asked)(void *context); /* proceed, where ranks have to agree on it */
+    size_t dof, slices, n;        /* n: numbers of a path with its inner nodes */
     struct phys_ode motion;
     double speed, span; /* natural scales of velocity and of the path */
     double *q, *v, *y, *path;
@@ -26,6 +28,8 @@ struct phys_multistart {
 
 /* Whether the caller lets it go on. */
 bool phys_multistart_goes_on(struct phys_multistart *s);
+/* The same, agreed by ranks, which have none of their own in between. */
+bool phys_multistart_agree(struct phys_multistart *s, struct ad_error *error);
 /* Newton from s->path; what does not converge is no solution, and no error: s->led counts what
  * does.
  */

@@ -145,6 +145,11 @@ static enum ad_status taking_new(struct taking *now, struct ad_error *error)
     return AD_OK;
 }
 
+static bool agree(void *context, struct ad_error *error)
+{
+    return phys_multistart_agree(((const struct taking *)context)->s, error);
+}
+
 /* The first covering grows in shells, while motions that are no family begin in the outer half of
    the speeds, or none is found. */
 static enum ad_status cover_all(struct phys_end_map *map, struct phys_end_roots *roots,
@@ -156,7 +161,9 @@ static enum ad_status cover_all(struct phys_end_map *map, struct phys_end_roots 
                               .steps = PHYS_ALL_STEPS / 3 * 2,
                               .roots = roots,
                               .found = take_new,
-                              .context = now};
+                              .agree = now->s->ranks ? agree : NULL,
+                              .context = now,
+                              .ranks = now->s->ranks};
     for (int growth = 0; growth <= GROWTHS; growth++) {
         double fastest = 0;
         c.seed = 2 * seed;
