@@ -49,8 +49,10 @@ FILE *chart_terminal(const struct chart *chart);
 #include "charts.def"
 #undef CHART
 /* Parts of `integrators`, `linear` and `gradients`: drift.csv, energy over many periods at equal
-   work; threads.csv, gradients and a training step on one thread and on two, missed where a bit
-   differs; forces.csv, accelerations beside hand-written C. */
+   work; ensembles.csv, members at once and one after the other; threads.csv, gradients and a
+   training step on one thread and on two, missed where a bit differs; forces.csv, accelerations
+   beside hand-written C. */
+enum ad_status chart_ensembles(struct chart *chart, struct ad_error *error);
 enum ad_status chart_drift(struct chart *chart, struct ad_error *error);
 enum ad_status chart_threads(struct chart *chart, struct ad_error *error);
 enum ad_status chart_forces(struct chart *chart, struct ad_error *error);

@@ -240,5 +240,7 @@ enum ad_status chart_integrators(struct chart *chart, struct ad_error *error)
     struct sheet *sheet = chart_sheet(chart, "integrators", columns, error);
     for (size_t k = 0; k < MOTION_PROBLEMS && error->status == AD_OK; k++)
         one_problem(chart, &motion_problems[k], sheet, error);
-    return error->status == AD_OK ? chart_drift(chart, error) : error->status;
+    if (error->status == AD_OK && chart_ensembles(chart, error) == AD_OK)
+        chart_drift(chart, error);
+    return error->status;
 }

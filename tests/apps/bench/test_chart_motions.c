@@ -124,11 +124,26 @@ static void test_drift(void **state)
     table_free(t);
 }
 
+static void test_ensembles(void **state)
+{
+    (void)state;
+    struct table *t = table_read("ensembles.csv");
+    table_expect_header(t, "scene,tolerance,alone_us,together_us,together_ratio,threads_us,"
+                           "threads_ratio,same");
+    assert_int_equal(t->rows, 5);
+    for (size_t r = 0; r < t->rows; r++) {
+        assert_true(table_number(t, r, "together_ratio") > 0);
+        assert_true(table_is(t, r, "same", "yes"));
+    }
+    table_free(t);
+}
+
 static void test_integrator_files(void **state)
 {
     (void)state;
     static const char *const names[] = {"integrators.csv",
                                         "drift.csv",
+                                        "ensembles.csv",
                                         "drift.svg",
                                         "integrators-pendulum.svg",
                                         "integrators-dblpend.svg",
@@ -299,6 +314,7 @@ int main(void)
         cmocka_unit_test(test_work_between_runs),
         cmocka_unit_test_setup(test_integrators, shell_empty),
         cmocka_unit_test(test_drift),
+        cmocka_unit_test(test_ensembles),
         cmocka_unit_test(test_integrator_files),
         cmocka_unit_test_setup(test_rules, shell_empty),
         cmocka_unit_test(test_solvers),
