@@ -1,0 +1,162 @@
+/* Paths from a straight line with the settings of `leastaction path --tol` and no others: the
+   problems of boundary-value codes. Each is a motion by an integrator that shares nothing with the
+   rules of the action. (Kinks: test_kink.c; a layer: test_mesh.c; the brachistochrone:
+   test_free_time.c; an ellipsoid with a constraint: test_path_constraints.c.) */
+#include "tests/close.h"
+#include "tests/physics/published.h"
+#include "tests/physics/systems.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static ad_var kinetic(ad_var v) { return ad_mul(0.5, ad_sum_rows(ad_square(v))); }
+
+/* Sun, metres and seconds. */
+static ad_var transfer(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_add(kinetic(v), ad_div(1.32712440018e20, ad_sqrt(ad_sum_rows(ad_square(q)))));
+}
+
+static enum ad_status from_earth(const void *params, uint64_t seed, double *q, double *v,
+                                 struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = 1.496e11, q[1] = 0, v[0] = 0, v[1] = 32.7e3;
+    return AD_OK;
+}
+
+enum { SITES = 20 };
+
+/* Toda's chain between walls. */
+static ad_var toda(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    ad_var left = ad_slice_rows(q, 0, SITES - 1), right = ad_slice_rows(q, 1, SITES - 1);
+    ad_var V = ad_sum_rows(ad_exp(ad_sub(left, right)));
+    V = ad_add(V, ad_add(ad_exp(ad_row(q, SITES - 1)), ad_exp(ad_neg(ad_row(q, 0)))));
+    return ad_sub(kinetic(v), V);
+}
+
+static enum ad_status excited(const void *params, uint64_t seed, double *q, double *v,
+                              struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    for (size_t k = 0; k < SITES; k++) {
+        q[k] = 0.4 * sin(1.7 * (double)k);
+        v[k] = cos(2.3 * (double)k);
+    }
+    return AD_OK;
+}
+
+static ad_var driven(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params;
+    ad_var push = ad_mul(ad_mul(0.8, ad_cos(ad_mul(0.7, t))), q);
+    return ad_add(kinetic(v), ad_add(ad_cos(q), push));
+}
+
+static enum ad_status at_an_angle(const void *params, uint64_t seed, double *q, double *v,
+                                  struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = 0.3, v[0] = 0.5;
+    return AD_OK;
+}
+
+/* Free motion on the ellipsoid of semi-axes 1, 0.8, 0.6 in latitude and longitude. */
+static ad_var ellipsoid(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    ad_var a = ad_row(q, 0), b = ad_row(q, 1), da = ad_row(v, 0), db = ad_row(v, 1);
+    ad_var x = ad_add(ad_mul(ad_mul(ad_sin(a), ad_cos(b)), da),
+                      ad_mul(ad_mul(ad_cos(a), ad_sin(b)), db)),
+           y = ad_sub(ad_mul(ad_mul(ad_cos(a), ad_cos(b)), db),
+                      ad_mul(ad_mul(ad_sin(a), ad_sin(b)), da)),
+           z = ad_mul(ad_cos(a), da);
+    (void)t, (void)params;
+    return ad_mul(
+        0.5, ad_add(ad_square(x), ad_add(ad_mul(0.64, ad_square(y)), ad_mul(0.36, ad_square(z)))));
+}
+
+static enum ad_status on_the_ellipsoid(const void *params, uint64_t seed, double *q, double *v,
+                                       struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = 0.2, q[1] = 0.1, v[0] = 0.5, v[1] = 0.8;
+    return AD_OK;
+}
+
+static const struct {
+    const char *name;
+    double time;
+    size_t dof; /* 0: a scene of the library */
+    phys_lagrangian *lagrangian;
+    scene_start *start;
+} problems[] = {
+    {.name = "pendulum", .time = 99},
+    {.name = "dblpend", .time = 2.5},
+    {.name = "threebody", .time = 49.5},
+    {.name = "kepler", .time = 2.5},
+    {.name = "figure8", .time = 3.16},
+    {.name = "pythagorean", .time = 1.5},
+    {"transfer", 200 * 86400., 2, transfer, from_earth},
+    {"toda", 1, SITES, toda, excited},
+    {"driven", 6, 1, driven, at_an_angle},
+    {"ellipsoid", 1.5, 2, ellipsoid, on_the_ellipsoid},
+};
+
+static void problems_of_boundary_value_codes(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < LENGTH(problems); k++) {
+        const struct phys_scene own = scene_of(problems[k].name, problems[k].dof,
+                                               problems[k].lagrangian, 3, 1, problems[k].start);
+        const struct phys_simulation how = {.size = sizeof how, .rtol = 1e-13};
+        struct phys_system system;
+        struct ad_error error = {0};
+        if (problems[k].dof)
+            phys_system_make(&own, &system, &error);
+        else
+            phys_system_open(problems[k].name, &system, &error);
+        assert_no_error(&error);
+        double *ends = malloc(2 * system.dof * sizeof *ends), size = 0;
+        phys_scene_path(&system, 1, &how, 2, problems[k].time, ends, &error);
+        assert_no_error(&error);
+        for (size_t i = 0; i < 2 * system.dof; i++)
+            size = fmax(size, fabs(ends[i]));
+        struct phys_path_settings settings = phys_path_defaults(&system);
+        struct phys_refined refined;
+        struct phys_path_found found;
+        settings.rule = NULL;
+        settings.slices = 2;
+        settings.dt = problems[k].time;
+        settings.adam_steps = 200;
+        phys_path_refine(&system, &settings, ends, 0, 1e-6 * size, &refined, &error);
+        if (error.status != AD_OK)
+            fail_msg("%s: %s", problems[k].name, error.message);
+        settings = *refined.settings;
+        settings.refined = &refined;
+        const size_t bytes = settings.rule->degree * system.dof * settings.slices * sizeof(double);
+        double *path = memcpy(malloc(bytes), refined.path, bytes);
+        phys_path_find(phys_solver_find("newton", &error), &system, &settings, path, &found,
+                       &error);
+        assert_no_error(&error);
+        assert_true(found.stationary);
+        assert_true(found.discretisation < 1e-6 * size);
+        assert_true(found.true_distance < 1e-5 * size);
+        for (size_t i = 0; i < 2 * system.dof; i++)
+            assert_true(path[i / 2 * settings.slices + i % 2 * (settings.slices - 1)] == ends[i]);
+        free(path);
+        phys_path_found_free(&found);
+        phys_refined_free(&refined);
+        free(ends);
+        phys_system_close(&system);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(problems_of_boundary_value_codes)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
