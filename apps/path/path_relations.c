@@ -1,7 +1,6 @@
 /* leastaction path --relate: linear relations between the coordinates of both ends (path.h). */
 #include "path.h"
 
-#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,7 +9,8 @@ static const char *term_end(const char *text)
 {
     const char *at = text + (*text == '+' || *text == '-');
     for (; *at; at++)
-        if (strchr("+-", *at) && !(tolower(at[-1]) == 'e' && isdigit(at[-2])))
+        if (strchr("+-", *at) &&
+            !(at > text + 1 && strchr("eE", at[-1]) && strchr("0123456789.", at[-2])))
             break;
     return at;
 }
@@ -26,13 +26,14 @@ static enum ad_status read_term(struct path_run *run, const char *relation, cons
     char *name = term + (*term == '+' || *term == '-'), *times = strrchr(name, '*'),
          *bracket = strchr(name, '(');
     const bool last = bracket && strcmp(bracket, "(T)") == 0;
-    if (!bracket && options_number(name, &number)) {
+    const bool whole = length < sizeof term;
+    if (whole && !bracket && options_number(name, &number)) {
         row[2 * dof] -= factor * number;
         return AD_OK;
     }
     if (times)
         *times = '\0';
-    if (length >= sizeof term || !(last || (bracket && strcmp(bracket, "(0)") == 0)) ||
+    if (!whole || !(last || (bracket && strcmp(bracket, "(0)") == 0)) ||
         (times && !options_number(name, &number)))
         return ad_fail(error, AD_E_ARGUMENT,
                        "--relate: expected terms as in 'x(T)=-0.5*x(0)+pi/2', got '%.*s' in '%s'",

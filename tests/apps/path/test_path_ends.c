@@ -111,6 +111,7 @@ static void a_relation(void **state)
     shell_works("$LA path pendulum --set l=1 --start theta=0 --relate 'theta(T)=theta(0)+2pi' "
                 "--time 5 --tol 1e-6");
     assert_int_equal(shell("$LA path spring --relate 'q(T)=--2'"), 2);
+    assert_int_equal(shell("$LA path spring --relate \"q(T)=$(printf '9%%.0s' $(seq 90))\""), 2);
     assert_int_equal(shell("$LA path spring --relate 'q(T)=q(0)' --all"), 2);
 }
 
