@@ -201,14 +201,15 @@ static size_t count_swings(double a, double b, double time, double fastest)
 }
 
 /* Motions of two pendulums are pairs of those of one. Numbers found and claimed are held against
-   those of the scan, in random problems. */
+   those of the scan, in random problems; PROBLEMS=200 in the environment asks for as many. */
 static void claims_hold_where_the_number_is_known(void **state)
 {
-    enum { PROBLEMS = 4 };
+    const char *asked_for = getenv("PROBLEMS");
+    const size_t problems = asked_for ? strtoul(asked_for, NULL, 10) : 4;
     size_t complete = 0, wrong = 0, saturated = 0;
     (void)state;
-    for (uint64_t k = 0; k < PROBLEMS; k++) {
-        double ends[4], time = 5 + 0.7 * (double)k;
+    for (uint64_t k = 0; k < problems; k++) {
+        double ends[4], time = 5 + fmod(0.7 * (double)k, 2.9);
         for (size_t i = 0; i < 4; i++)
             ends[i] = 1.5 * sin(1.7 * (double)k + 2.3 * (double)i + 0.4);
         struct phys_solutions all;
@@ -225,8 +226,10 @@ static void claims_hold_where_the_number_is_known(void **state)
         assert_true(n <= known);
         phys_solutions_free(&all);
     }
-    assert_int_equal(complete, PROBLEMS);
-    assert_int_equal(wrong, 0);
+    print_message("%zu problems: %zu complete, %zu saturated, claims of %zu wrong\n", problems,
+                  complete, saturated, wrong);
+    assert_true(20 * complete >= 19 * problems);
+    assert_true(20 * wrong <= saturated); /* what is claimed at 95 % */
     assert_true(saturated > 0);
 }
 
