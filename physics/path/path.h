@@ -368,8 +368,8 @@ struct phys_solutions {
        looked for twice, independently. found_once: motions that only one search found;
        unseen_paths: a lower estimate of how many both missed; its upper bound at 95 % confidence,
        if each motion is missed by one search as easily as by the other and no easier than the
-       others, infinite where not `saturated`: all were found twice, at most 1e-3 of the starts were
-       left undecided, and none because the search became too long. Else NaN. */
+       others, infinite where not `saturated`: some were found, and all twice, at most 1e-3 of the
+       starts were left undecided, and none because the search became too long. Else NaN. */
     bool saturated, exhausted; /* exhausted: PHYS_ALL_STEPS were not enough */
     size_t found_once;
     double undecided; /* share of the starts, by the volume of their velocities */

@@ -203,10 +203,10 @@ static void estimate(const struct phys_end_roots *roots, struct phys_solutions *
             *((roots->root[k].coverings & 3) == 3 ? &twice : &once) += 1;
     all->found_once = (size_t)once;
     all->unseen_paths = once > 0 && !all->interrupted ? once * (once - 1) / (4 * (twice + 1)) : 0;
-    all->saturated =
-        once == 0 && !all->exhausted && !all->interrupted && all->undecided <= NEGLIGIBLE;
-    all->unseen_paths_limit =
-        all->saturated ? ceil(3 * 3 / (4 * fmax(1, twice))) : (double)INFINITY;
+    all->saturated = /* where none was found there is nothing to tell from */
+        once == 0 && twice > 0 && !all->exhausted && !all->interrupted &&
+        all->undecided <= NEGLIGIBLE;
+    all->unseen_paths_limit = all->saturated ? ceil(3 * 3 / (4 * twice)) : (double)INFINITY;
 }
 
 static bool goes_on(void *context) { return phys_multistart_goes_on(context); }
