@@ -36,17 +36,20 @@ struct phys_motion {
     double rounding; /* relative changes of M's entries; 0: none */
 };
 
-ad_var phys_unit_matrix(ad_tape *tape, size_t n)
+/* The sums of the unit vectors of each colour [n x colours]; `colour` NULL: each has its own. */
+static ad_var colour_vectors(ad_tape *tape, size_t n, size_t colours, const uint32_t *colour)
 {
-    double *values = calloc(n * n, sizeof *values);
+    double *values = calloc(n * colours, sizeof *values);
     if (!values)
         return ad_refuse(tape, AD_E_MEMORY, "out of memory for %zu coordinates", n);
     for (size_t k = 0; k < n; k++)
-        values[k * n + k] = 1;
-    ad_var unit = ad_const(tape, n, n, values);
+        values[k * colours + (colour ? colour[k] : k)] = 1;
+    ad_var vectors = ad_const(tape, n, colours, values);
     free(values);
-    return unit;
+    return vectors;
 }
+
+ad_var phys_unit_matrix(ad_tape *tape, size_t n) { return colour_vectors(tape, n, n, NULL); }
 
 static void record_force(phys_motion *m)
 {
@@ -81,23 +84,11 @@ ad_var phys_record_mass(const struct phys_system *system, ad_var q, ad_var v, ad
     return record_product(system, q, v, t, p, phys_unit_matrix(q.tape, system->dof));
 }
 
-/* The sum of the unit vectors of each colour [dof x colours]. */
-static ad_var colour_vectors(ad_tape *tape, const struct phys_pattern *p)
-{
-    double *values = calloc(p->n * p->colours, sizeof *values);
-    if (!values)
-        return ad_refuse(tape, AD_E_MEMORY, "out of memory for %zu coordinates", p->n);
-    for (size_t k = 0; k < p->n; k++)
-        values[k * p->colours + p->colour[k]] = 1;
-    ad_var vectors = ad_const(tape, p->n, p->colours, values);
-    free(values);
-    return vectors;
-}
-
 ad_var phys_record_colours(const struct phys_system *system, ad_var q, ad_var v, ad_var t, ad_var p,
                            const struct phys_pattern *pattern)
 {
-    return record_product(system, q, v, t, p, colour_vectors(q.tape, pattern));
+    return record_product(system, q, v, t, p,
+                          colour_vectors(q.tape, pattern->n, pattern->colours, pattern->colour));
 }
 
 static enum ad_status record(phys_motion *m, struct ad_error *error)
@@ -114,8 +105,7 @@ static enum ad_status record(phys_motion *m, struct ad_error *error)
     const struct phys_variables before = phys_variables_bind(
         (struct phys_variables){m->system, m->n_params, m->which, m->params, taken});
     record_force(m);
-    m->mass =
-        record_product(m->system, m->q, m->v, m->t, m->p, colour_vectors(m->tape, &m->M.pattern));
+    m->mass = phys_record_colours(m->system, m->q, m->v, m->t, m->p, &m->M.pattern);
     phys_variables_bind(before);
     free(taken);
     if (phys_tape_status(m->tape, error) != AD_OK)
