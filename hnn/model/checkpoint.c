@@ -170,6 +170,8 @@ static void read_format(const struct reading *r)
     char *text = NULL;
     struct ad_error none = {0};
     phys_hdf5_get_text(r->file, "/", "format", &text, &none);
+    if (none.status == AD_E_MEMORY)
+        ad_fail(r->error, none.status, "%s", none.message);
     if (!text || strcmp(text, format) != 0)
         ad_fail(r->error, AD_E_INPUT,
                 "%s: not a model: expected a file that `leastaction train` wrote", r->name);

@@ -156,6 +156,8 @@ void hnn_network_expect(const struct hnn_network *network, const char *name, phy
     char *there = NULL;
     struct ad_error none = {0};
     phys_hdf5_get_text(file, "/", "network", &there, &none);
+    if (none.status == AD_E_MEMORY)
+        ad_fail(error, none.status, "%s", none.message);
     if (there && !network)
         ad_fail(error, AD_E_INPUT,
                 "%s: has network '%s' of another program (hnn_model_load_network); expected a "

@@ -179,6 +179,8 @@ static enum ad_status read_filter(const char *path, phys_hdf5 *file, struct hnn_
     if (phys_hdf5_get_text(file, "/", "filter", &text, &none) == AD_OK &&
         hnn_filter_find(text, &rod->filter, &why) != AD_OK)
         ad_fail(error, AD_E_INPUT, "%s: %s", path, why.message);
+    if (none.status == AD_E_MEMORY)
+        ad_fail(error, none.status, "%s", none.message);
     free(text);
     return error->status;
 }
