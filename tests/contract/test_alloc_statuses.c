@@ -47,9 +47,9 @@ JOB(published_path)
     phys_motion *motion;
     enum ad_status status = phys_motion_new(&kepler, &motion, error);
     memcpy(to, path, sizeof to);
-    if (status == AD_OK)
+    if (error->status == AD_OK)
         status = phys_first_slices(motion, q, v, ROWS, dt, false, to, error);
-    if (status == AD_OK)
+    if (error->status == AD_OK)
         status = phys_ode_path(motion, ROWS, dt, 1, to, error);
     phys_motion_free(motion);
     return status;
@@ -162,9 +162,9 @@ JOB(model)
     double rate[4 * ROWS];
     s.hidden[0] = s.hidden[1] = 3;
     enum ad_status status = hnn_model_new(&s, &made, error);
-    if (status == AD_OK)
+    if (error->status == AD_OK)
         status = hnn_model_evaluate(made, ROWS, states, rate, NULL, error);
-    if (status == AD_OK)
+    if (error->status == AD_OK)
         status = hnn_model_ode(made, &ode, error);
     phys_ode_free(&ode);
     hnn_model_free(made);
@@ -178,7 +178,7 @@ JOB(mass_of_a_network)
     struct hnn_mass result;
     s.hidden[0] = s.hidden[1] = 3;
     enum ad_status status = hnn_model_new(&s, &made, error);
-    if (status == AD_OK)
+    if (error->status == AD_OK)
         status = hnn_model_mass(made, ROWS, states, &result, error);
     hnn_model_free(made);
     return status;
@@ -195,9 +195,9 @@ JOB(training)
     s.hidden[0] = s.hidden[1] = 3;
     how.steps = 2;
     enum ad_status status = hnn_model_new(&s, &made, error);
-    if (status == AD_OK)
+    if (error->status == AD_OK)
         status = hnn_trainer_new(made, &how, &train, &test, &trainer, error);
-    if (status == AD_OK)
+    if (error->status == AD_OK)
         status = hnn_trainer_run(trainer, &stop, error);
     hnn_trainer_free(trainer);
     hnn_model_free(made);
@@ -222,9 +222,9 @@ JOB(own_network)
                                    .precision = AD_F64,
                                    .network = &network};
     enum ad_status status = hnn_model_new(&s, &made, error);
-    if (status == AD_OK)
+    if (error->status == AD_OK)
         status = hnn_model_save(made, file.text, NULL, error);
-    if (status == AD_OK)
+    if (error->status == AD_OK)
         status = hnn_model_load_network(file.text, &network, &read, error);
     hnn_model_free(made);
     hnn_model_free(read);
