@@ -295,7 +295,7 @@ static void test_range(void **state)
     }
     double t[] = {0, 1}, inside[] = {0.25, -2, 0.25, -2}, away[] = {0.25, -2, 0.25, 40};
     char what[120] = "";
-    struct hnn_path path = {2, 2, t, inside};
+    struct hnn_path path = {.states = 2, .n = 2, .t = t, .x = inside};
     assert_int_equal(hnn_path_outside(loaded, &path, what, sizeof what), 2);
     path.x = away;
     assert_int_equal(hnn_path_outside(loaded, &path, what, sizeof what), 1);
