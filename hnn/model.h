@@ -17,7 +17,11 @@ enum hnn_kind {
     HNN_HAMILTONIAN, /* the network is H; dq/dt = H_p, dp/dt = -H_q */
     /* L = E (sum of (v/scale)^2/2 + the network), with E and scale of hnn_model_normalise, else 1.
        States are (q, v), at most 32 coordinates. */
-    HNN_LAGRANGIAN
+    HNN_LAGRANGIAN,
+    /* A SympNet: a symplectic map of (q, p) over a time step (hnn_record_map), of `layers` gradient
+       modules, 2 at least, each as wide as hidden[0]; at most 64 coordinates. It has no field and
+       no H: functions that need one refuse it. */
+    HNN_SYMPNET
 };
 
 /* Which gradients of its scalars form the field of a Hamiltonian model. */
@@ -143,7 +147,9 @@ void hnn_model_set_parameters(hnn_model *model, const void *parameters);
 
 /* One matrix or vector of the parameters: "linear1.weight" [out x in], "linear1.bias" [out x 1];
    with the prefix "kinetic.", "potential." or "dissipation." where there are several networks. The
-   last map has no bias. G of controls is "control.linear1.weight". Those of an hnn_network are
+   last map has no bias. Module k of a sympnet: p (even k: q) += dt K^T (a . s(K q + b)), with K
+   "module.linear1.weight" [width x n], b "module.linear1.bias", a "size.linear1.weight" [1 x
+   width]. G of controls is "control.linear1.weight". Those of an hnn_network are
    "network.parameters" [size]. With an autoencoder all these have the prefix "hnn."; its own maps
    are "autoencoder.linear1" to "autoencoder.linear4", which encode, and 5 to 8, which decode. */
 struct hnn_block {
@@ -195,6 +201,10 @@ struct hnn_record {
 /* Records the model at states x [(2n + m) x samples] with parameters [1 x hnn_model_size], on a
    tape of any precision. Errors stay in the tape. */
 struct hnn_record hnn_model_record(const hnn_model *model, ad_var parameters, ad_var x);
+
+/* Records the states x [2n x samples] after a step dt [1 x samples] of a sympnet; `back`: before
+   it, by the inverse map. */
+ad_var hnn_record_map(const hnn_model *model, ad_var parameters, ad_var x, ad_var dt, bool back);
 
 /* ---- evaluating a model ---- */
 

@@ -51,7 +51,8 @@ static int run(const void *options, struct ad_error *error)
 
 static const struct option table[] = {
     {"model", "KIND", OPTION_TEXT, "hnn",
-     "hnn: H(q, p); lnn: L(q, v); baseline: the rates; from frames: pixel-hnn, pixel-baseline",
+     "hnn: H(q, p); lnn: L(q, v); baseline: the rates; sympnet: a symplectic map, with --rollout; "
+     "from frames: pixel-hnn, pixel-baseline",
      AT(model)},
     {"state", "COLUMNS", OPTION_TEXT, NULL,
      "coordinates, then momenta (lnn: velocities): names, or numbers from 1 [all with a rate]",

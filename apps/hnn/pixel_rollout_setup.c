@@ -18,6 +18,8 @@ static enum ad_status check_options(const struct rollout_options *o, struct ad_e
          "--skip-rows "
          "are not for models of pixels"},
         {!o->truth, "missing --truth: pixels, or frames to start from (HDF5 or a folder)"},
+        {o->inputs || o->interpolation || o->fix.n,
+         "--inputs, --fix and --interpolation: a model of pixels has no inputs"},
         {o->points != OPTION_NO_COUNT, "--points: a model of pixels gives every frame; --time N"},
         {!isnan(o->time) && !(o->time >= 2 && o->time <= 1e6 && o->time == floor(o->time)),
          "--time: expected a number of frames, 2 to 1e6"},

@@ -124,6 +124,10 @@ enum ad_status rollout_give_inputs(struct rollout_run *run, struct rollout_model
                                    struct ad_error *error);
 /* Names of --fix that are an input of no model. */
 enum ad_status rollout_check_fixed(const struct rollout_run *run, struct ad_error *error);
+/* The integrator; "map" where all models are sympnets. */
+const char *rollout_method(const struct rollout_run *run);
+/* The step of a sympnet; 0: another model, NaN: not known. */
+double rollout_map_step(const struct rollout_model *model);
 /* Says which of several failed. */
 enum ad_status rollout_name_cause(const char *what, struct ad_error *error);
 

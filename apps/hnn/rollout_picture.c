@@ -194,7 +194,7 @@ enum ad_status rollout_picture(const void *context, struct plot *plot, struct ad
         .gap = {0.27 * width, 85 / height}};
     struct figure figure;
     snprintf(title, sizeof title, "motion of %zu network%s by %s, %zu outputs", run->n_models,
-             run->n_models > 1 ? "s" : "", run->settings.integrator->name, run->settings.n);
+             run->n_models > 1 ? "s" : "", rollout_method(run), run->settings.n);
     name_found(run, &line);
     write_rows(run, curve, n, range, plot->data);
     figure_begin(&figure, plot, &layout);

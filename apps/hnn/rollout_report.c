@@ -67,9 +67,9 @@ static void report_run(const void *context, struct report *report)
     const struct hnn_rollout_settings *s = &run->settings;
     double time = s->t[s->n - 1] - s->t[0];
     size_t starts = option_count_or(run->options->starts, 1);
-    report_line(report, "%s, %zu outputs over a time of %g, %zu start%s", s->integrator->name, s->n,
+    report_line(report, "%s, %zu outputs over a time of %g, %zu start%s", rollout_method(run), s->n,
                 time, starts, starts > 1 ? "s: means" : "");
-    report_text(report, "integrator", NULL, s->integrator->name);
+    report_text(report, "integrator", NULL, rollout_method(run));
     report_text(report, "truth", NULL, run->options->truth);
     report_count(report, "starts", NULL, starts);
     report_count(report, "points", NULL, s->n);

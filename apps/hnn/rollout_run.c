@@ -10,6 +10,14 @@ const char *rollout_name(const struct rollout_model *model)
     return hnn_kinds[hnn_model_settings(model->model)->kind];
 }
 
+const char *rollout_method(const struct rollout_run *run)
+{
+    for (size_t k = 0; k < run->n_models; k++)
+        if (rollout_map_step(&run->model[k]) == 0)
+            return run->settings.integrator->name;
+    return "map";
+}
+
 size_t rollout_curves(const struct rollout_run *run, struct rollout_curve curve[ROLLOUT_MODELS + 1])
 {
     static const char *const prefix[ROLLOUT_MODELS] = {"", "against_"};
@@ -46,8 +54,9 @@ static enum ad_status follow_truth(struct rollout_run *run, struct ad_error *err
 static enum ad_status measure_as_published(const struct rollout_run *run, struct rollout_model *m,
                                            struct ad_error *error)
 {
-    m->score.energy_mse_published = run->task || run->system.scene ? NAN : m->energy_mse;
-    if (run->task && run->settings.add == 0)
+    m->score.energy_mse_published =
+        run->task || run->system.scene || rollout_map_step(m) > 0 ? NAN : m->energy_mse;
+    if (run->task && run->settings.add == 0 && rollout_map_step(m) == 0)
         hnn_task_published_mse(run->task, option_number_or(run->options->strength, 0), &m->ode,
                                &run->settings, &m->path, &run->truth,
                                &m->score.energy_mse_published, error);
@@ -89,7 +98,12 @@ static enum ad_status follow_one_start(struct rollout_run *run, struct ad_error 
         return error->status;
     for (size_t k = 0; k < run->n_models; k++) {
         struct rollout_model *m = &run->model[k];
-        hnn_rollout(&m->ode, &run->settings, run->x0, &m->path, &m->info, error);
+        struct hnn_rollout_settings s = run->settings;
+        s.dt = rollout_map_step(m) > 0 ? rollout_map_step(m) : s.dt;
+        if (rollout_map_step(m) > 0)
+            hnn_map_rollout(m->model, &s, run->x0, &m->path, &m->info, error);
+        else
+            hnn_rollout(&m->ode, &s, run->x0, &m->path, &m->info, error);
         if (rollout_name_cause(m->file, error) != AD_OK)
             return error->status;
         measure_path(run, m);

@@ -63,6 +63,40 @@ enum ad_status rollout_steps(const struct rollout_options *o, struct hnn_rollout
 
 /* ---- models ---- */
 
+static void component(const void *model, size_t k, char *name, size_t size)
+{
+    hnn_model_component(model, k, name, size);
+}
+
+double rollout_map_step(const struct rollout_model *m)
+{
+    const char *note = hnn_model_noted(m->model, "step");
+    if (hnn_model_settings(m->model)->kind != HNN_SYMPNET)
+        return 0;
+    double step = note ? strtod(note, NULL) : 0;
+    return step > 0 ? step : (double)NAN;
+}
+
+/* A sympnet goes by the steps that it was trained on. */
+static enum ad_status check_maps(const struct rollout_run *run, struct ad_error *error)
+{
+    const struct rollout_options *o = run->options;
+    for (size_t k = 0; k < run->n_models; k++) {
+        const char *file = run->model[k].file;
+        double step = rollout_map_step(&run->model[k]);
+        if (step != 0 && (o->starts != OPTION_NO_COUNT || !isnan(o->add_energy) ||
+                          ((o->integrator || !isnan(o->rtol)) && run->n_models == 1)))
+            return ad_fail(error, AD_E_ARGUMENT,
+                           "%s: a sympnet goes by its own steps: expected no --starts, "
+                           "--add-energy, --integrator or --rtol",
+                           file);
+        if (isnan(step))
+            return ad_fail(error, AD_E_INPUT, "%s: a sympnet without the note 'step', its length",
+                           file);
+    }
+    return AD_OK;
+}
+
 enum ad_status rollout_add_model(struct rollout_model models[], size_t *n, const char *file,
                                  hnn_model *model, struct ad_error *error)
 {
@@ -76,7 +110,12 @@ enum ad_status rollout_add_model(struct rollout_model models[], size_t *n, const
     const struct hnn_drive drive = {hnn_inputs_at, &m->inputs, false};
     if (hnn_model_settings(m->model)->inputs)
         hnn_model_drive(m->model, &drive); /* for rollout_give_inputs */
-    if (hnn_model_ode(m->model, &m->ode, error) != AD_OK)
+    if (hnn_model_settings(m->model)->kind == HNN_SYMPNET)
+        m->ode = (struct phys_ode){.name = "the sympnet",
+                                   .n = 2 * hnn_model_settings(m->model)->dof,
+                                   .component = component,
+                                   .context = m->model};
+    else if (hnn_model_ode(m->model, &m->ode, error) != AD_OK)
         return error->status;
     size_t pixels = hnn_model_settings(m->model)->pixels;
     size_t first = hnn_model_settings(models[0].model)->pixels;
@@ -120,8 +159,10 @@ static bool in_velocities(const struct rollout_run *run)
 
 static bool in_momenta(const struct rollout_run *run)
 {
-    return kind_of(&run->model[0]) == HNN_HAMILTONIAN ||
-           (run->n_models > 1 && kind_of(&run->model[1]) == HNN_HAMILTONIAN);
+    for (size_t k = 0; k < run->n_models; k++)
+        if (kind_of(&run->model[k]) == HNN_HAMILTONIAN || kind_of(&run->model[k]) == HNN_SYMPNET)
+            return true;
+    return false;
 }
 
 static enum ad_status use_energy(struct rollout_run *run, const char *name, struct ad_error *error)
@@ -275,13 +316,22 @@ static enum ad_status choose_outputs(struct rollout_run *run, struct ad_error *e
            : o->points != OPTION_NO_COUNT ? o->points
            : many                         ? POINTS_OF_STARTS
                                           : POINTS;
+    double step = rollout_map_step(&run->model[run->n_models - 1]), first, time;
+    first = rollout_map_step(&run->model[0]);
+    step = first > 0 ? first : step;
+    time = isnan(o->time) ? default_time : o->time;
+    const bool by_steps = step > 0 && !run->truth.n && o->points == OPTION_NO_COUNT;
+    if (by_steps && !(time / step < 1e7))
+        return ad_fail(error, AD_E_ARGUMENT, "--time %g: over 1e7 steps of %g", time, step);
+    if (by_steps)
+        s->n = (size_t)(time / step * (1 + 1e-12)) + 1;
     s->t = run->t = malloc(s->n * sizeof *run->t);
     if (!run->t)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu outputs", s->n);
     if (run->truth.n)
         memcpy(run->t, run->truth.t, s->n * sizeof *run->t);
     else
-        hnn_times(0, isnan(o->time) ? default_time : o->time, s->n, run->t);
+        hnn_times(0, by_steps ? step * (double)(s->n - 1) : time, s->n, run->t);
     return AD_OK;
 }
 
@@ -295,7 +345,8 @@ enum ad_status rollout_setup(const struct rollout_options *options, hnn_model *m
         rollout_steps(options, &run->settings, error) != AD_OK ||
         (options->against &&
          rollout_add_model(run->model, &run->n_models, options->against, NULL, error) != AD_OK) ||
-        find_truth(run, error) != AD_OK || choose_outputs(run, error) != AD_OK)
+        check_maps(run, error) != AD_OK || find_truth(run, error) != AD_OK ||
+        choose_outputs(run, error) != AD_OK)
         return error->status;
     if (in_velocities(run) && in_momenta(run))
         return ad_fail(error, AD_E_ARGUMENT,

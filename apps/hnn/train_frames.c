@@ -10,7 +10,8 @@ static enum ad_status check_options(const struct train_options *o, struct ad_err
     snprintf(what, sizeof what, "is for models of states, not for --model %s; leave it out",
              o->model);
     return options_refuse(&o->common,
-                          "state rate time trial differences test split unit normalise dt rollout "
+                          "state rate inputs controls hold stepping time trial differences test "
+                          "split unit normalise dt rollout "
                           "skip-missing skip-rows",
                           what, error);
 }

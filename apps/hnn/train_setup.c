@@ -4,6 +4,7 @@
 #include "physics/io/fields.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -65,8 +66,9 @@ static enum ad_status read_angles(const char *text, const struct hnn_dataset *da
 }
 
 /* Models of states, then those of pixels, each in the order of hnn_kinds. */
-static const char *const models[] = {"baseline", "hnn", "lnn", "pixel-baseline", "pixel-hnn", NULL};
-enum { MODELS_OF_STATES = 3 };
+static const char *const models[] = {"baseline",       "hnn",       "lnn", "sympnet",
+                                     "pixel-baseline", "pixel-hnn", NULL};
+enum { MODELS_OF_STATES = 4 };
 
 static enum ad_status model_settings(const struct train_run *run, struct hnn_settings *s,
                                      struct ad_error *error)
@@ -104,11 +106,15 @@ static enum ad_status model_settings(const struct train_run *run, struct hnn_set
 static enum ad_status note_all(const struct train_run *run, struct ad_error *error)
 {
     const struct train_options *o = run->options;
+    char step[32];
+    const bool steps = hnn_model_settings(run->model)->kind == HNN_SYMPNET;
+    snprintf(step, sizeof step, "%.17g", run->data.dt);
     const struct {
         const char *name, *text;
     } note[] = {{"state", run->data.state_names},
                 {"rate", run->data.rate_names},
                 {"inputs", run->data.input_names},
+                {"step", steps ? step : NULL},
                 {"interpolation", o->hold ? "hold" : NULL},
                 {"unit", o->unit},
                 {"data", o->common.argument[0]},

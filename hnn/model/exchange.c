@@ -340,6 +340,9 @@ static enum ad_status build(const struct hnn_tensors *t, const struct hnn_settin
     exchange->own = ours && strcmp(ours, format) == 0;
     if (exchange->own)
         read_settings(t, &settings, error);
+    else if (assumed->kind == HNN_SYMPNET)
+        ad_fail(error, AD_E_ARGUMENT,
+                "%s: perceptrons of another program are no sympnet; try --model hnn", t->file);
     else if (hnn_maps_find(t, &maps, error) == AD_OK)
         hnn_maps_settings(t, &maps, assumed, &settings, error);
     if (error->status != AD_OK)

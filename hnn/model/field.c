@@ -210,6 +210,11 @@ struct hnn_record hnn_model_record(const hnn_model *model, ad_var parameters, ad
                       model->size, hnn_rows(model), ad_cols(parameters), ad_rows(x));
         return r;
     }
+    if (model->settings.kind == HNN_SYMPNET) {
+        r.field = ad_refuse(x.tape, AD_E_ARGUMENT,
+                            "a sympnet has no field: it is a map over steps of time");
+        return r;
+    }
     if (model->settings.kind == HNN_BASELINE)
         record_baseline(model, parameters, x, &r);
     else if (model->settings.kind == HNN_LAGRANGIAN)

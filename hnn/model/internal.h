@@ -18,6 +18,7 @@
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
 enum { HNN_NETS_MOST = 3, HNN_NOTES_MOST = 16, HNN_NETWORK_NAME = 64, HNN_PROBES = 3 };
+enum { HNN_SYMPNET_MOST = 64 };                          /* coordinates */
 enum { HNN_LAGRANGIAN_MOST = 32, HNN_ANGLES_MOST = 52 }; /* coordinates of such models */
 enum { HNN_CODER_LAYERS = 4, HNN_ENCODE_MOST = 2 };
 enum { HNN_BLOCKS_MOST = HNN_NETS_MOST * 2 * HNN_LAYERS_MOST + 2 * 2 * HNN_CODER_LAYERS + 1 };

@@ -59,7 +59,13 @@ void hnn_layout(hnn_model *model)
         model->encoder = add_coder(model, 0, model->seen, 2 * n);
         model->decoder = add_coder(model, HNN_CODER_LAYERS, 2 * n, s->pixels);
     }
-    if (s->kind == HNN_BASELINE) {
+    if (s->kind == HNN_SYMPNET) {
+        for (size_t k = 0; k < s->layers; k++) {
+            add_block(model, "", "module.", k, false, s->hidden[0], n);
+            add_block(model, "", "module.", k, true, s->hidden[0], 1);
+            add_block(model, "", "size.", k, false, 1, s->hidden[0]);
+        }
+    } else if (s->kind == HNN_BASELINE) {
         add_net(model, "", 0, q + m + n, 2 * n);
     } else if (s->quadratic) {
         add_net(model, "", 0, q + m, 1 + n * (n + 1) / 2);

@@ -27,6 +27,8 @@ enum ad_status hnn_range_states(hnn_model *model, size_t n, const double *x, str
 
 enum ad_status hnn_range_energy(hnn_model *model, size_t n, const double *x, struct ad_error *error)
 {
+    if (model->settings.kind == HNN_SYMPNET) /* no H */
+        return AD_OK;
     size_t states = hnn_rows(model), few = n < HNN_RANGE_ENERGIES ? n : HNN_RANGE_ENERGIES,
            stride = n / few;
     double *some = malloc((states + 1) * few * sizeof *some), *low = model->range + states;

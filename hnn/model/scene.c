@@ -100,9 +100,10 @@ static enum ad_status start(const void *params, uint64_t seed, double *q, double
 static enum ad_status check(const char *file, const struct hnn_settings *s, struct ad_error *error)
 {
     bool hamiltonian = s->kind == HNN_HAMILTONIAN && s->field == HNN_SYMPLECTIC;
-    const char *why = s->pixels        ? "learnt from pixels: its coordinates are latent"
-                      : s->dissipation ? "a learnt dissipation, which no Lagrangian gives"
-                      : s->inputs      ? "inputs, which a scene has none of"
+    const char *why = s->pixels                ? "learnt from pixels: its coordinates are latent"
+                      : s->dissipation         ? "a learnt dissipation, which no Lagrangian gives"
+                      : s->kind == HNN_SYMPNET ? "a sympnet, which has no H or L"
+                      : s->inputs              ? "inputs, which a scene has none of"
                       : s->dof > HNN_LAGRANGIAN_MOST ? "more than 32 coordinates"
                       : hamiltonian && strcmp(s->activation, "relu") == 0
                           ? "activation relu: H has no second derivatives"

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-const char *const hnn_kinds[] = {"baseline", "hnn", "lnn", NULL};
+const char *const hnn_kinds[] = {"baseline", "hnn", "lnn", "sympnet", NULL};
 const char *const hnn_field_types[] = {"symplectic", "conservative", "both", NULL};
 const char *const hnn_starts[] = {"orthogonal", "xavier", "he", NULL};
 const char *const hnn_precisions[] = {"f32", "f64", NULL};
@@ -132,6 +132,22 @@ static enum ad_status check_lagrangian(const struct hnn_settings *s, struct ad_e
     return AD_OK;
 }
 
+static enum ad_status check_sympnet(const struct hnn_settings *s, struct ad_error *error)
+{
+    if (s->dof > HNN_SYMPNET_MOST || s->layers < 2)
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "a sympnet: expected at most %d coordinates, and 2 modules (layers) or more, "
+            "got %zu and %zu",
+            HNN_SYMPNET_MOST, s->dof, s->layers);
+    for (size_t k = 1; k + 1 < s->layers; k++)
+        if (s->hidden[k] != s->hidden[0])
+            return refuse(error, "modules of a sympnet: expected one width of all");
+    if (s->pixels || s->angles || s->inputs)
+        return refuse(error, "a sympnet learns from states alone, without angles or inputs");
+    return AD_OK;
+}
+
 static enum ad_status check_inputs(const struct hnn_settings *s, struct ad_error *error)
 {
     if (s->inputs > HNN_INPUTS_MOST || s->controls > s->inputs)
@@ -158,6 +174,8 @@ enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error 
                        s->dof);
     if (check_inputs(s, error) != AD_OK)
         return error->status;
+    if (s->network && s->kind == HNN_SYMPNET)
+        return refuse(error, "a sympnet has modules of its own; expected no network");
     if (s->network)
         return hnn_network_check(s, error);
     if (s->layers < 1 || s->layers > HNN_LAYERS_MOST)
@@ -181,7 +199,8 @@ enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error 
         return refuse(error, "a learned dissipation needs model hnn and field symplectic");
     if (s->quadratic && s->kind != HNN_LAGRANGIAN)
         return refuse(error, "an L quadratic in velocities needs model lnn");
-    if (s->kind == HNN_LAGRANGIAN && check_lagrangian(s, error) != AD_OK)
+    if ((s->kind == HNN_LAGRANGIAN && check_lagrangian(s, error) != AD_OK) ||
+        (s->kind == HNN_SYMPNET && check_sympnet(s, error) != AD_OK))
         return error->status;
     return check_autoencoder(s, error);
 }

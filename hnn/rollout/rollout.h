@@ -97,6 +97,13 @@ enum ad_status hnn_rollout(const struct phys_ode *ode, const struct hnn_rollout_
                            const double *x0, struct hnn_path *path, struct hnn_rollout_info *info,
                            struct ad_error *error);
 
+/* The same of a sympnet, in steps settings->dt, of which outputs are whole numbers apart;
+   `evaluations` are steps, and `reverse` runs back by the inverse map. Of the settings rtol and
+   integrator are not used. AD_E_ARGUMENT for other models, outputs between steps, added energy. */
+enum ad_status hnn_map_rollout(const hnn_model *model, const struct hnn_rollout_settings *settings,
+                               const double *x0, struct hnn_path *path,
+                               struct hnn_rollout_info *info, struct ad_error *error);
+
 /* ---- measures ---- */
 
 /* Mean over components of (a - b)^2 at sample i; and over all samples. As all measures of two

@@ -94,6 +94,8 @@ static ad_var midpoint(const struct hnn_step *s, ad_var x)
 
 ad_var hnn_record_step(const struct hnn_step *step, enum hnn_stepping stepping, ad_var x)
 {
+    if (step->model->settings.kind == HNN_SYMPNET)
+        return hnn_record_map(step->model, step->parameters, x, step->dt, false);
     static ad_var (*const method[])(const struct hnn_step *, ad_var) = {runge_kutta, leapfrog,
                                                                         midpoint};
     return method[stepping](step, x);
@@ -104,6 +106,10 @@ enum ad_status hnn_stepping_check(const hnn_model *model, const struct hnn_train
 {
     const struct hnn_settings *s = &model->settings;
     const enum hnn_stepping stepping = training->stepping;
+    if (s->kind == HNN_SYMPNET && (!training->rollout || training->loss || stepping))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "a sympnet learns from the states that follow: expected a loss on rollouts, "
+                       "and no stepping");
     if (stepping > HNN_MIDPOINT)
         return ad_fail(error, AD_E_ARGUMENT, "stepping: expected 0 to %d, got %d", HNN_MIDPOINT,
                        (int)stepping);

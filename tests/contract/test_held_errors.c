@@ -216,6 +216,7 @@ static void touched(int signal)
     X(hnn_video_energies, hnn_video_energies(P, 1, P, P, e))                                       \
     X(hnn_path_read, hnn_path_read(P, 1, 1, O, e))                                                 \
     X(hnn_rollout, hnn_rollout(P, P, P, O, O, e))                                                  \
+    X(hnn_map_rollout, hnn_map_rollout(P, P, P, O, O, e))                                          \
     X(hnn_task_published_mse, hnn_task_published_mse(P, 1, P, P, P, P, P, e))                      \
     X(hnn_task_trials, hnn_task_trials(P, P, P, P, e))                                             \
     X(qm_aliasing, qm_aliasing(P, O, e))                                                           \
