@@ -190,10 +190,13 @@ static enum ad_status read_test(const struct hnn_dataset_settings *s, struct hnn
     return AD_OK;
 }
 
-/* Inputs that are neither time nor controls change within a trajectory. */
+/* Inputs that are neither time nor controls change within a trajectory; rows without time and trial
+   may be states of any motions. */
 static bool inputs_vary(const struct hnn_table *table)
 {
     const struct hnn_plan *plan = &table->plan;
+    if (plan->time == HNN_NO_COLUMN && plan->trial == HNN_NO_COLUMN)
+        return false;
     for (size_t k = 0; k < plan->inputs - plan->controls; k++) {
         const double *u = hnn_table_column(table, plan->input[k]);
         for (size_t i = 1; i < table->rows && plan->input[k] != plan->time; i++)

@@ -108,7 +108,8 @@ struct hnn_dataset {
     double *values;          /* owns the memory of all arrays */
     size_t inputs, controls; /* m, and how many of them are controls */
     bool timed;              /* the first input is the time */
-    bool varied;             /* inputs that are neither time nor controls change in a trajectory */
+    bool varied;             /* inputs that are neither time nor controls change in a trajectory, as
+                                far as a time or a trial tells which rows are one */
     char *input_names;       /* as the names above; "" */
 };
 

@@ -348,10 +348,15 @@ static void test_data(void **state)
         assert_mentions(error.message, wrong[k].says);
         hnn_dataset_free(&data);
     }
-    s = (struct hnn_dataset_settings){.state = "q,p", .time = "t", .inputs = "u"};
-    assert_int_equal(read(&s, &data, &error), AD_OK);
-    assert_true(data.varied);
-    hnn_dataset_free(&data);
+    for (int timed = 0; timed < 2; timed++) { /* without a time rows may be of any motions */
+        s = (struct hnn_dataset_settings){.state = "q,p",
+                                          .rate = timed ? NULL : "t,g",
+                                          .time = timed ? "t" : NULL,
+                                          .inputs = "u"};
+        assert_int_equal(read(&s, &data, &error), AD_OK);
+        assert_true(data.varied == timed);
+        hnn_dataset_free(&data);
+    }
 }
 
 static void test_settings(void **state)
