@@ -8,17 +8,27 @@
 #include <math.h>
 #include <string.h>
 
-/* Seconds of steps before a resume are not known any more: their cells are empty. */
+/* Of the step that ends a row; lbfgs has none. */
+static double rate_of(const struct train_run *run, const struct hnn_row *row)
+{
+    const struct hnn_training *s = &run->settings;
+    bool searched = strcmp(run->options->optimiser, "lbfgs") == 0;
+    return searched ? (double)NAN : s->learning_rate * s->schedule->factor(row->step - 1, s->steps);
+}
+
+/* Seconds and rates of steps before a resume, which may have had another length, are not known any
+   more: their cells are empty. */
 static void write_log(const struct train_run *run, FILE *out)
 {
     size_t n;
     const struct hnn_row *row = hnn_trainer_history(run->trainer, &n);
-    fputs("step,train_loss,test_loss,seconds\n", out);
+    fputs("step,train_loss,test_loss,seconds,learning_rate\n", out);
     for (size_t k = 0; k < n; k++) {
         fprintf(out, "%zu", row[k].step);
         csv_number(out, 9, row[k].train_loss);
         csv_number(out, 9, row[k].test_loss);
         csv_number(out, 9, row[k].seconds);
+        csv_number(out, 9, isnan(row[k].seconds) ? row[k].seconds : rate_of(run, &row[k]));
         fputc('\n', out);
     }
 }

@@ -58,7 +58,11 @@ static void test_json_and_files(void **state)
     assert_true(shell_number("train_samples") == 48 && shell_number("test_samples") == 12);
     assert_int_equal(shell_files(), 3); /* data, model.h5, log.csv */
     assert_int_equal(shell("head -n 1 log.csv; wc -l <log.csv"), 0);
-    assert_string_equal(shell_out(), "step,train_loss,test_loss,seconds\n21\n");
+    assert_string_equal(shell_out(), "step,train_loss,test_loss,seconds,learning_rate\n21\n");
+    assert_int_equal(shell("$LA train pendulum.csv " SMALL "--steps 40 --schedule cosine --lr 0.2 "
+                           "--quiet --out c.h5 --log c.csv; sed -n '3s/.*,//p' c.csv"),
+                     0);
+    assert_close(atof(shell_out()), 0.1 * (1 + cos(3.14159265358979 * 19 / 40)), 1e-8, 0);
     assert_int_equal(shell("$LA dump model.h5"), 0);
     assert_non_null(strstr(shell_out(), "linear1.weight"));
     assert_non_null(strstr(shell_out(), "q,p"));
