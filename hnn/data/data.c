@@ -225,7 +225,7 @@ enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
         *dataset = (struct hnn_dataset){0};
     if (AD_LACKS(error, settings, dataset))
         return error->status;
-    AD_OWN(hnn_dataset_settings, settings, controls, error);
+    AD_OWN(hnn_dataset_settings, settings, seed, error);
     if (check_settings(settings, error) == AD_OK &&
         hnn_table_read(settings, settings->file, settings->columns, &table, error) == AD_OK &&
         assign(settings, &table, dataset, error) == AD_OK) {

@@ -90,7 +90,7 @@ enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double
         *path = (struct hnn_path){0};
     if (AD_LACKS(error, settings, path, settings->file))
         return error->status;
-    AD_OWN(hnn_dataset_settings, settings, controls, error);
+    AD_OWN(hnn_dataset_settings, settings, seed, error);
     struct hnn_dataset_settings s = {.size = sizeof s,
                                      .file = settings->file,
                                      .state = settings->state,
