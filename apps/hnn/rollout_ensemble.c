@@ -214,9 +214,9 @@ static void report_ensemble(const void *context, struct report *report)
     const struct hnn_rollout_settings *s = &first(e)->settings;
     const struct rollout_row *rows;
     const size_t n = rollout_numbers(&rows);
-    report_line(report, "%s, %zu outputs over a time of %g, %zu models", s->integrator->name, s->n,
-                s->t[s->n - 1] - s->t[0], e->n);
-    report_text(report, "integrator", NULL, s->integrator->name);
+    report_line(report, "%s, %zu outputs over a time of %g, %zu models", rollout_method(first(e)),
+                s->n, s->t[s->n - 1] - s->t[0], e->n);
+    report_text(report, "integrator", NULL, rollout_method(first(e)));
     report_text(report, "truth", NULL, e->options->truth);
     report_count(report, "members", NULL, e->n);
     report_count(report, "missed", e->missed ? "models that fail" : NULL, e->missed);
@@ -341,8 +341,7 @@ static enum ad_status draw(const void *context, struct plot *plot, struct ad_err
     layout.room.right = 0.98;
     layout.room.top = 0.88;
     layout.title = title;
-    snprintf(title, sizeof title, "motion of %zu networks by %s", e->n,
-             first(e)->settings.integrator->name);
+    snprintf(title, sizeof title, "motion of %zu networks by %s", e->n, rollout_method(first(e)));
     write_data(e, plot->data);
     figure_begin(&figure, plot, &layout);
     for (size_t k = 0; k < shown; k++)

@@ -73,9 +73,9 @@ enum ad_status rollout_give_inputs(struct rollout_run *run, struct rollout_model
         ad_fail(error, AD_E_ARGUMENT,
                 "%s: inputs %s: the truth's file is read for those of %s; give both by --inputs",
                 m->file, columns, run->model->file);
-    free(columns);
     m->inputs.n = s->inputs;
-    m->inputs.table = m->table.n ? &m->table : data ? &run->truth : NULL;
+    m->inputs.table = !*columns ? NULL : o->inputs ? &m->table : &run->truth;
+    free(columns);
     for (size_t k = 0, column = 0; k < s->inputs && error->status == AD_OK; k++) {
         struct hnn_input *in = &m->inputs.input[k];
         hnn_model_input(m->model, k, name, sizeof name);
@@ -88,10 +88,11 @@ enum ad_status rollout_give_inputs(struct rollout_run *run, struct rollout_model
         in->value = given ? given->value : 0;
         in->column = in->source == HNN_INPUT_COLUMN ? column++ : 0;
     }
-    const struct hnn_drive drive = {hnn_inputs_at, &m->inputs, hnn_inputs_constant(&m->inputs)};
+    const struct hnn_drive drive = {hnn_inputs_at, &m->inputs,
+                                    hnn_inputs_constant(&m->inputs, s->inputs)};
     if (error->status != AD_OK)
         return error->status;
-    if (s->kind == HNN_LAGRANGIAN && !drive.constant && s->inputs > s->time + s->controls)
+    if (s->kind == HNN_LAGRANGIAN && !hnn_inputs_constant(&m->inputs, s->inputs - s->controls))
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s: its parameters are constant along a motion, as it was trained; give "
                        "them by --fix",

@@ -316,10 +316,9 @@ static enum ad_status choose_outputs(struct rollout_run *run, struct ad_error *e
            : o->points != OPTION_NO_COUNT ? o->points
            : many                         ? POINTS_OF_STARTS
                                           : POINTS;
-    double step = rollout_map_step(&run->model[run->n_models - 1]), first, time;
-    first = rollout_map_step(&run->model[0]);
-    step = first > 0 ? first : step;
-    time = isnan(o->time) ? default_time : o->time;
+    double step = 0, time = isnan(o->time) ? default_time : o->time;
+    for (size_t k = 0; k < run->n_models && step == 0; k++)
+        step = rollout_map_step(&run->model[k]);
     const bool by_steps = step > 0 && !run->truth.n && o->points == OPTION_NO_COUNT;
     if (by_steps && !(time / step < 1e7))
         return ad_fail(error, AD_E_ARGUMENT, "--time %g: over 1e7 steps of %g", time, step);

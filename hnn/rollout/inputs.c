@@ -43,9 +43,9 @@ enum ad_status hnn_inputs_at(void *context, double t, double *u, struct ad_error
     return AD_OK;
 }
 
-bool hnn_inputs_constant(const struct hnn_inputs *inputs)
+bool hnn_inputs_constant(const struct hnn_inputs *inputs, size_t n)
 {
-    for (size_t k = 0; inputs && k < inputs->n; k++)
+    for (size_t k = 0; inputs && k < n && k < inputs->n; k++)
         for (size_t i = 1; inputs->input[k].source == HNN_INPUT_COLUMN && i < inputs->table->n;
              i++) {
             const double *u = inputs->table->u + inputs->input[k].column;

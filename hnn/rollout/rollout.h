@@ -47,7 +47,7 @@ enum ad_status hnn_path_read(const struct hnn_dataset_settings *settings, double
 enum hnn_input_source { HNN_INPUT_VALUE, HNN_INPUT_TIME, HNN_INPUT_COLUMN };
 
 /* Inputs of a motion, for hnn_drive: `at` is hnn_inputs_at, `context` one of these, `constant` what
-   hnn_inputs_constant says. */
+   hnn_inputs_constant says of all. */
 struct hnn_inputs {
     size_t n;                     /* inputs of the model */
     const struct hnn_path *table; /* whose u are taken; NULL: no HNN_INPUT_COLUMN */
@@ -60,7 +60,8 @@ struct hnn_inputs {
 };
 /* u [n] at t. AD_E_INPUT before the first row of the table and after the last. */
 enum ad_status hnn_inputs_at(void *inputs, double t, double *u, struct ad_error *error);
-bool hnn_inputs_constant(const struct hnn_inputs *inputs);
+/* Whether the first n of them, but for the time, are the same throughout. */
+bool hnn_inputs_constant(const struct hnn_inputs *inputs, size_t n);
 /* Reads columns of a table over time, names as in hnn_dataset_settings: path has t and u alone.
    AD_E_INPUT for times that do not increase, and what is no finite number. */
 enum ad_status hnn_inputs_read(const char *file, const char *time, const char *columns,

@@ -64,6 +64,17 @@ static void who_gives(void **state)
     assert_true(shell_number("conserved_drift") < 1e-6);
 }
 
+/* Parameters of an lnn are constant, its controls need not be. */
+static void lagrangian(void **state)
+{
+    (void)state;
+    shell_works("$LA train all.csv --model lnn --quadratic --state q,p --time t --inputs g,t "
+                "--controls u --hidden 6 --steps 20 --out l.h5 --quiet; "
+                "$LA rollout l.h5 --truth d.csv --time-column t --quiet");
+    shell_works("awk -F, -v OFS=, 'NR == 9 { $5 = 2 } { print }' d.csv >g.csv");
+    refused("rollout l.h5 --truth g.csv --time-column t", "l.h5 --fix");
+}
+
 static void what_is_refused(void **state)
 {
     (void)state;
@@ -96,6 +107,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(who_gives, setup),
+        cmocka_unit_test_setup(lagrangian, setup),
         cmocka_unit_test_setup(what_is_refused, setup),
     };
     return cmocka_run_group_tests_name("inputs_command", tests, shell_setup, shell_teardown);
