@@ -104,7 +104,8 @@ enum ad_status hnn_inputs_read(const char *file, const char *time, const char *c
         if (n != 1 || m > HNN_INPUTS_MOST)
             ad_fail(error, AD_E_ARGUMENT, "%s: inputs: expected a time and at most %d columns",
                     file, HNN_INPUTS_MOST);
-        column[0] = *t;
+        else
+            column[0] = *t;
         for (size_t k = 0; k < m && error->status == AD_OK; k++)
             column[k + 1] = input[k];
         path->inputs = m;
