@@ -6,21 +6,23 @@
 #include "path.h"
 
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 /* Blocks of the data file: the reference, the start, the frames, the path found, the solutions of
    --all, the history. */
-enum { START = 1, FIRST_FRAME = 2, HOLD = 15, FEW_STEPS = 30, WAY = 3 };
+enum { START = 1, FIRST_FRAME = 2, HOLD = 15, FEW_STEPS = 30, WAY = 3, POINTS = 400, CURVES = 16 };
 /* HOLD: frames that show an animation's end */
 
 /* ---- data ---- */
 
-static void write_path(const struct path_run *run, const char *name, const double *path, FILE *out)
+static void write_rows(const struct path_run *run, const struct phys_grid *grid, const char *name,
+                       const double *path, FILE *out)
 {
-    size_t n = run->settings.slices;
-    const struct phys_grid grid = phys_grid_of(&run->settings);
+    const size_t n = grid->slices;
     fprintf(out, "# %s: time, coordinates\n", name);
     for (size_t i = 0; i < n; i++) {
-        fprintf(out, "%.9g", phys_grid_time(&grid, i));
+        fprintf(out, "%.9g", phys_grid_time(grid, i));
         for (size_t k = 0; k < run->system.dof; k++)
             fprintf(out, " %.9g", path[k * n + i]);
         fputc('\n', out);
@@ -28,25 +30,68 @@ static void write_path(const struct path_run *run, const char *name, const doubl
     fputs("\n\n", out);
 }
 
-static void write_data(const struct path_run *run, FILE *out)
+/* A path at its slices. */
+static void write_path(const struct path_run *run, const char *name, const double *path, FILE *out)
+{
+    const struct phys_grid grid = phys_grid_of(&run->settings);
+    write_rows(run, &grid, name, path, out);
+}
+
+/* Points drawn for an element: of rules of higher degree more than its ends; of fields, a map of
+   the slices, these. */
+static size_t parts_of(const struct path_run *run)
+{
+    return run->settings.rule->degree == 1 || run->system.dof > CURVES
+               ? 1
+               : POINTS / run->settings.slices + 1;
+}
+
+/* The same with what the rule has between slices. */
+static enum ad_status write_curve(const struct path_run *run, const char *name, const double *path,
+                                  FILE *out, struct ad_error *error)
+{
+    const struct phys_grid grid = phys_grid_of(&run->settings);
+    const size_t n = grid.slices, parts = parts_of(run), fine = parts * (n - 1) + 1;
+    if (parts == 1) {
+        write_path(run, name, path, out);
+        return AD_OK;
+    }
+    double *mesh = malloc(fine * sizeof *mesh), *curve = NULL;
+    if (!mesh)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t i = 0; i < fine; i++) {
+        const double share = (double)(i % parts) / (double)parts,
+                     at = phys_grid_time(&grid, i / parts);
+        mesh[i] = share > 0 ? at + share * (phys_grid_time(&grid, i / parts + 1) - at) : at;
+    }
+    const struct phys_grid finer = {phys_rule_find("left", error), fine, 1, mesh};
+    if ((curve = phys_path_resample(&grid, path, &finer, run->system.dof, error)))
+        write_rows(run, &finer, name, curve, out);
+    free(curve);
+    free(mesh);
+    return error->status;
+}
+
+static enum ad_status write_data(const struct path_run *run, FILE *out, struct ad_error *error)
 {
     size_t size = run->system.dof * run->settings.slices;
     char name[48];
     write_path(run, "reference", run->reference ? run->reference : run->path, out);
-    write_path(run, "start", run->start, out);
+    write_curve(run, "start", run->start, out, error);
     for (size_t f = 0; f < run->record.n_frames; f++) {
         snprintf(name, sizeof name, "step %zu", run->record.frame_step[f]);
         write_path(run, name, run->record.frames + f * size, out);
     }
-    write_path(run, "found", run->path, out);
-    for (size_t k = 0; k < run->solutions.n; k++)
-        write_path(run, "solution", run->solutions.solution[k].path, out);
+    write_curve(run, "found", run->path, out, error);
+    for (size_t k = 0; k < run->solutions.n && error->status == AD_OK; k++)
+        write_curve(run, "solution", run->solutions.solution[k].path, out, error);
     fputs("# history: step, S, T, V, |gradient|\n", out);
     for (size_t i = 0; i < run->record.n; i++) {
         const struct phys_path_figures *f = &run->record.figures[i];
         fprintf(out, "%zu %.9g %.9g %.9g %.9g\n", i, f->action_mean, f->kinetic_mean,
                 f->potential_mean, f->grad_norm);
     }
+    return error->status;
 }
 
 /* The first steps may tower above the rest by powers of ten: they may leave the picture. */
@@ -137,8 +182,10 @@ static void left(struct figure *figure, const struct path_run *run)
     coordinates_panel(&view, figure);
     bool map = view.view == VIEW_MAP;
     if (beside && !map) {
-        coordinates_draw(&view, figure, "index 0", STYLE(COLOUR_REFERENCE, 0, 6, 0), 0);
-        figure_draw(figure, STYLE(COLOUR_REFERENCE, 0, 6, 0), "reference", "NaN");
+        const struct style *style = parts_of(run) > 1 ? STYLE(COLOUR_REFERENCE, 7, 0, 1.1)
+                                                      : STYLE(COLOUR_REFERENCE, 0, 6, 0);
+        coordinates_draw(&view, figure, "index 0", style, 0);
+        figure_draw(figure, style, "reference", "NaN");
     }
     if (run->solutions.n && !map)
         solutions(figure, &view, run);
@@ -254,7 +301,8 @@ enum ad_status path_picture(const void *context, struct plot *plot, struct ad_er
     struct layout layout = figure_pair;
     struct figure figure;
     struct line line = {0};
-    write_data(run, plot->data);
+    if (write_data(run, plot->data, error) != AD_OK)
+        return error->status;
     name_found(run, &line);
     fprintf(out, "set samples 2\nfound = %zu\n", found);
     name_run(run, out);

@@ -79,6 +79,12 @@ static enum ad_status choose_solver(const struct path_options *options, struct p
     const char *name = options->solver ? options->solver : default_solver(options, run);
     run->solver = phys_solver_find(newton ? "newton" : name, error);
     static const char *const ends[] = {"both", "start"};
+    if (strcmp(options->ends, "periodic") == 0)
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "--ends periodic: a periodic path is a motion: simulate %s --periodic T, with "
+            "--hold period or energy, --choreography, --continue",
+            run->system.scene->name);
     bool start = options_choose("ends", options->ends, 2, ends, error) == 1;
     if (path_wants_all(options) && free_time)
         return ad_fail(error, AD_E_ARGUMENT,

@@ -21,6 +21,17 @@ static void test_picture_without_gnuplot(void **state)
     assert_string_equal(shell_out(), "data = \"./fig.svg.dat\"\npicture = \"./fig.svg\"\n");
 }
 
+/* Between slices the path is what its rule has there: a circle, not its chords. */
+static void test_curves_of_high_order(void **state)
+{
+    (void)state;
+    shell_works("mkdir empty && PATH=$PWD/empty $LA path kepler --set e=0 --slices 9 --dt "
+                "0.39269908169872414 --rule gauss6 --plot fig.svg --quiet");
+    shell_works("awk '/^# found/ { f = 1; next } /^$/ { f = 0 } f { n++; r = sqrt($2^2 + $3^2) } f "
+                "&& (r < .9999 || r > 1.0001) { bad = 1 } END { exit !(n > 300 && !bad) }' "
+                "fig.svg.dat");
+}
+
 /* As gnuplot does on a full disk: half a picture, and exit status 0. */
 static void test_half_a_picture(void **state)
 {
@@ -175,6 +186,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_picture_without_gnuplot, shell_empty),
+        cmocka_unit_test_teardown(test_curves_of_high_order, shell_empty),
         cmocka_unit_test_teardown(test_half_a_picture, shell_empty),
         cmocka_unit_test_teardown(test_pictures, shell_empty),
         cmocka_unit_test_teardown(test_picture_of_all_paths, shell_empty),
