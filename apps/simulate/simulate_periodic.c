@@ -8,6 +8,22 @@
 
 static const double amplitude = 1e-3; /* of small oscillations, of the largest coordinate, or 1 */
 
+static enum ad_status refuse_mode(const struct simulate_run *run, const double *q,
+                                  const struct phys_mode *mode, struct ad_error *error)
+{
+    char text[200] = "", name[64];
+    size_t used = 0;
+    for (size_t i = 0; i < run->system.dof && used < sizeof text / 2; i++) {
+        phys_coordinate_name(&run->system, i, name, sizeof name);
+        used += (size_t)snprintf(text + used, sizeof text - used, "%s%s %.6g", i ? ", " : "", name,
+                                 q[i]);
+    }
+    return ad_fail(error, AD_E_ARGUMENT,
+                   "mode %zu at %s does not oscillate: frequency %g, growth %g; expected another, "
+                   "or a start near another equilibrium",
+                   run->options->mode, text, mode->frequency, mode->growth);
+}
+
 /* A small oscillation about the equilibrium that Newton's method goes to from the scene's start. */
 static enum ad_status oscillate(const struct simulate_run *run, double *x, double *period,
                                 struct ad_error *error)
@@ -24,9 +40,7 @@ static enum ad_status oscillate(const struct simulate_run *run, double *x, doubl
     if (error->status == AD_OK) {
         const struct phys_mode *mode = &found.one->mode[k];
         if (mode->growth != 0 || !(mode->frequency > 0))
-            ad_fail(error, AD_E_ARGUMENT,
-                    "mode %zu does not oscillate: frequency %g, growth %g; expected another", k + 1,
-                    mode->frequency, mode->growth);
+            refuse_mode(run, found.one->q, mode, error);
         for (size_t i = 0; i < dof; i++)
             size = fmax(size, fabs(found.one->q[i]));
         size = amplitude * (size > 0 ? size : 1);

@@ -106,6 +106,12 @@ static bool is_first_again(const struct family_run *run, const struct family_poi
     return before < 0 && after >= 0 && sqrt(apart) < 2 * longest;
 }
 
+/* Of the motion along itself, and of the energy. */
+static size_t sure_trivial(const struct family_run *run)
+{
+    return run->timeless ? 1 + run->symplectic : 0;
+}
+
 /* Stability that changes with no mark near: said, not explained. */
 static void note_change(struct phys_family *family)
 {
@@ -163,7 +169,8 @@ static enum ad_status follow(struct family_run *run, struct family_point *a, str
             return phys_family_rest(run, b, &lost) == AD_OK ? AD_OK : lose(run, &lost, error);
         }
         const size_t trivial = phys_family_trivial(&family->member[family->n - 1].motion);
-        run->trivial = trivial < run->trivial ? trivial : run->trivial;
+        if (trivial < run->trivial && trivial >= sure_trivial(run))
+            run->trivial = trivial;
         const double bend = 1 - phys_dot(run->columns, a->tangent, b->tangent);
         phys_family_point_copy(run, b, a);
         settle(run, a, error);
@@ -282,7 +289,8 @@ static enum ad_status begin(struct family_run *run, struct family_point *p,
     if (phys_periodic_find(&run->system, &how, &found, error) == AD_OK) {
         memcpy(p->u, found.x, d * sizeof *p->u);
         p->u[T] = run->unit[T] = found.period;
-        run->trivial = phys_family_trivial(&found);
+        const size_t trivial = phys_family_trivial(&found), sure = sure_trivial(run);
+        run->trivial = trivial > sure ? trivial : sure;
     }
     phys_periodic_free(&found);
     if (error->status != AD_OK)
@@ -295,7 +303,9 @@ static enum ad_status begin(struct family_run *run, struct family_point *p,
                 : s->hold == PHYS_HOLD_PRODUCT ? p->u[T] * p->u[d]
                                                : p->u[T];
     phys_family_point_copy(run, p, base);
-    run->ode.field(run->ode.context, 0, p->u, run->slope, error);
+    memset(run->y, 0, run->ode.n * sizeof *run->y);
+    memcpy(run->y, p->u, d * sizeof *p->u);
+    run->ode.field(run->ode.context, 0, run->y, run->slope, error);
     memcpy(base->rate, run->slope, d * sizeof *base->rate);
     double *row = calloc(n, sizeof *row);
     if (!row)

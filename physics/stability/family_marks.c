@@ -11,6 +11,8 @@
 enum { LOCATING = 60, COVERS = 5, REST_STEPS = 12 };
 
 static const double together = 1e-5; /* arc length */
+static const double near = 0.01;     /* multipliers of a mark: four that merge are off by that */
+static const double merged = 1e-6;   /* of two that are 1 */
 static const double known = 0.1;     /* a multiplier to more than that is not */
 static const double covered = 1e-4;  /* of its size: closer, a motion repeats itself */
 static const double coarse = 1e-13;  /* another tolerance of motions */
@@ -62,7 +64,7 @@ size_t phys_family_trivial(const struct phys_periodic *motion)
     size_t n = 0;
     for (size_t k = 0; k < motion->n; k++) {
         const struct phys_multiplier *m = &motion->multiplier[k];
-        n += hypot(m->re - 1, m->im) <= 4 * m->uncertainty;
+        n += hypot(m->re - 1, m->im) <= 4 * m->uncertainty + merged;
     }
     return n;
 }
@@ -92,7 +94,7 @@ static void confirm(struct family_run *run)
         const double off = last->mark == PHYS_MARK_TORUS
                                ? fabs(hypot(m->re, m->im) - 1)
                                : hypot(m->re - (last->mark == PHYS_MARK_BRANCH ? 1 : -1), m->im);
-        met += off <= 4 * m->uncertainty && m->uncertainty < known;
+        met += off <= 4 * m->uncertainty + near && m->uncertainty < known;
     }
     if (met <= (last->mark == PHYS_MARK_DOUBLING ? 0 : run->trivial))
         phys_periodic_free(&family->member[--family->n].motion);
@@ -118,7 +120,8 @@ static enum ad_status between(struct family_run *run, const struct family_point 
     return phys_family_correct(run, a, a->tangent, at, to, &moved, error);
 }
 
-/* How much value and period depend on the tolerance of the motions and on rounding. */
+/* How much value and period depend on the tolerance of the motions and on rounding: seen beside the
+   mark, where branches may cross. */
 static enum ad_status doubt(struct family_run *run, const struct family_point *a,
                             const struct family_point *b, double length, struct located *found,
                             struct ad_error *error)
@@ -126,23 +129,28 @@ static enum ad_status doubt(struct family_run *run, const struct family_point *a
     const enum family_test test = found->test;
     const size_t T = run->columns - 1;
     const struct family_point *p = &found->point;
-    struct family_point other;
-    if (!phys_family_point_new(run, &other))
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    run->tolerance = coarse;
-    if (between(run, a, b, length, found->at, &other, error) == AD_OK) {
-        double off = fabs(p->test[test]) + fabs(other.test[test] - p->test[test]);
-        const double before = other.test[test];
+    const double beside = 0.99 * found->at;
+    struct family_point fine = {0}, other = {0};
+    if (!phys_family_point_new(run, &fine) || !phys_family_point_new(run, &other))
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    else if (between(run, a, b, length, beside, &fine, error) == AD_OK) {
+        run->tolerance = coarse;
+        between(run, a, b, length, beside, &other, error);
+        run->tolerance = FAMILY_FINE;
+    }
+    if (error->status == AD_OK) {
+        double off = fabs(p->test[test]) + fabs(other.test[test] - fine.test[test]);
+        const double before = other.test[test], value = other.value;
         if (phys_family_multipliers(run, 4 * DBL_EPSILON, &other, error) == AD_OK)
             phys_family_test(run, &other);
         off += fabs(other.test[test] - before) + (test == TEST_FOLD ? p->noise[test] : 0);
         off /= fabs(b->test[test] - a->test[test]);
-        found->uncertainty = fabs(other.value - p->value) + p->doubt +
+        found->uncertainty = fabs(value - fine.value) + fine.doubt +
                              (test == TEST_FOLD ? 0 : off * fabs(b->value - a->value));
         found->period_uncertainty =
-            fabs(other.u[T] - p->u[T]) + p->doubt_period + off * fabs(b->u[T] - a->u[T]);
+            fabs(other.u[T] - fine.u[T]) + fine.doubt_period + off * fabs(b->u[T] - a->u[T]);
     }
-    run->tolerance = FAMILY_FINE;
+    phys_family_point_free(&fine);
     phys_family_point_free(&other);
     return error->status;
 }
@@ -155,11 +163,18 @@ static enum ad_status locate(struct family_run *run, const struct family_point *
     const enum family_test test = found->test;
     struct family_point *p = &found->point;
     double low = 0, high = length, f = a->test[test], g = b->test[test];
+    int side = 0;
     for (size_t k = 0; k < LOCATING && high - low > 4 * DBL_EPSILON * length; k++) {
+        struct ad_error lost = {0};
         double at = low - f * (high - low) / (g - f);
         at = at > low && at < high ? at : 0.5 * (low + high);
-        if (between(run, a, b, length, at, p, error) != AD_OK)
-            return error->status;
+        if (between(run, a, b, length, at, p, &lost) != AD_OK) {
+            if (k == 0 || lost.status != AD_E_ACCURACY)
+                return ad_fail(error, lost.status, "%s", lost.message);
+            if (between(run, a, b, length, found->at, p, error) != AD_OK)
+                return error->status;
+            break; /* branches cross there: as near as can be */
+        }
         found->at = at;
         const double now = p->test[test];
         if (fabs(now) <= 1e-3 * p->noise[test] || now == 0)
@@ -167,11 +182,13 @@ static enum ad_status locate(struct family_run *run, const struct family_point *
         if ((now > 0) == (f > 0)) {
             low = at;
             f = now;
-            g /= 2;
+            g /= side < 0 ? 2 : 1;
+            side = -1;
         } else {
             high = at;
             g = now;
-            f /= 2;
+            f /= side > 0 ? 2 : 1;
+            side = 1;
         }
     }
     return doubt(run, a, b, length, found, error);

@@ -179,13 +179,19 @@ void phys_family_value_slope(struct family_run *run, const double *u, double *sl
         slope[run->along == ALONG_PERIOD ? run->columns - 1 : run->d] = 1;
 }
 
-/* How far u may be from closing, `closed` of it left, J factored; in units. */
-static double doubt(const struct family_run *run, double closed)
+/* By how much the product of `slope` and u may be off, `closed` of the equations left, J factored;
+   in units. */
+static double doubt(const struct family_run *run, double closed, const double *slope)
 {
-    size_t n = run->columns;
-    while (n > 1 && !(run->s[n - 1] > null * run->s[0]))
-        n--;
-    return closed / run->s[n - 1];
+    const size_t n = run->columns;
+    double sum = 0;
+    for (size_t j = 0; j < n && run->s[j] > null * run->s[0]; j++) {
+        double along = 0;
+        for (size_t i = 0; i < n; i++)
+            along += run->V[i * n + j] * slope[i];
+        sum += fabs(along) * closed / run->s[j];
+    }
+    return sum;
 }
 
 /* Value, tangent and multipliers of u, of which J and y are, and `closed` is what is left. */
@@ -199,17 +205,20 @@ static enum ad_status describe(struct family_run *run, struct family_point *p, d
     memset(run->left, 0, run->rows * sizeof *run->left);
     run->left[run->rows - 1] = 1;
     solve(run, run->left, 0, p->tangent);
-    const double length = phys_norm(n, p->tangent), off = doubt(run, closed);
+    const double length = phys_norm(n, p->tangent);
     for (size_t j = 0; j < n; j++)
         p->tangent[j] /= length;
     p->value = run->along == ALONG_PERIOD      ? p->u[T]
                : run->along == ALONG_PARAMETER ? p->u[d]
                                                : phys_family_energy(run, p->u);
+    memset(run->slope, 0, n * sizeof *run->slope);
+    run->slope[T] = run->unit[T];
+    p->doubt_period = doubt(run, closed, run->slope);
     phys_family_value_slope(run, p->u, run->slope);
-    p->doubt_period = off * run->unit[T];
     p->doubt = 4 * DBL_EPSILON * fabs(p->value) +
-               off * (run->along == ALONG_ENERGY ? run->power * phys_norm(n, run->slope)
-                                                 : run->unit[run->along == ALONG_PERIOD ? T : d]);
+               doubt(run, closed, run->slope) *
+                   (run->along == ALONG_ENERGY ? run->power
+                                               : run->unit[run->along == ALONG_PERIOD ? T : d]);
     p->slope = phys_dot(n, run->slope, p->tangent);
     phys_family_test(run, p);
     return isfinite(length) && length > 0
