@@ -1,6 +1,6 @@
 /* For physics/stability/ only: a family of periodic motions while it is followed (family.c), points
-   of it (family_point.c), members and marks (family_marks.c), and what changes sign where it
-   bifurcates (family_tests.c). */
+   of it (family_point.c), members and marks (family_marks.c, family_rest.c), and what changes sign
+   where it bifurcates (family_tests.c). */
 #ifndef PHYSICS_STABILITY_FAMILY_PARTS_H
 #define PHYSICS_STABILITY_FAMILY_PARTS_H
 
