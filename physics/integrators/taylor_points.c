@@ -151,10 +151,8 @@ static void expand_ends(struct phys_taylor_points *points)
         struct phys_stepper *s = points->stepper[p];
         points->next_order[p] = s ? memory_of(s)->usual : 0;
         points->at.next_orders[p] = (double)points->next_order[p];
-        if (!s)
-            continue;
-        times[p] = s->end;
-        s->evaluations += memory_of(s)->usual;
+        if (s)
+            times[p] = s->end;
     }
     memcpy(points->at.end, points->at.next, n * P * sizeof(double));
     memcpy(points->at.end + n * P, points->at.next_cut, n * P * sizeof(double));
@@ -172,8 +170,12 @@ void phys_taylor_points_step(struct phys_taylor_points *points, struct ad_error 
     EACH_PLACE
     {
         errors[p].status = AD_OK;
-        if (!points->stepper[p] || points->at.lost[p] == 0)
+        if (!points->stepper[p])
             continue;
+        if (points->at.lost[p] == 0) {
+            points->stepper[p]->evaluations += memory_of(points->stepper[p])->usual;
+            continue;
+        }
         expand_alone(points, p, &errors[p]);
         alone = true;
     }

@@ -224,6 +224,21 @@ static void test_failures_stay_alone(void **state)
     close_all(&system, &e);
 }
 
+/* Of high order the series overflow before the steps end, together and alone. */
+static void test_series_that_overflow(void **state)
+{
+    (void)state;
+    native_need_compiler();
+    struct case_of c = orbits();
+    struct phys_system system;
+    struct phys_ensemble e;
+    c.motion.tolerance = 1e-15;
+    solve(&c, 1, 2, &system, &e);
+    assert_true(e.vectors && e.failed == 2);
+    compare_all(&c, &e);
+    close_all(&system, &e);
+}
+
 /* The statistics of the ends are of the states at the last crossings of those that came to one. */
 static void ends_are_crossings(const struct phys_ensemble *e)
 {
@@ -411,10 +426,11 @@ static void test_kinks_take_dop853(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_members_are_motions), cmocka_unit_test(test_failures_stay_alone),
-        cmocka_unit_test(test_events_of_members),   cmocka_unit_test(test_errors_are_known),
-        cmocka_unit_test(test_chaos_is_unknown),    cmocka_unit_test(test_statistics),
-        cmocka_unit_test(test_kinks_take_dop853),   cmocka_unit_test(test_orders_are_their_own),
+        cmocka_unit_test(test_members_are_motions),  cmocka_unit_test(test_failures_stay_alone),
+        cmocka_unit_test(test_series_that_overflow), cmocka_unit_test(test_events_of_members),
+        cmocka_unit_test(test_errors_are_known),     cmocka_unit_test(test_chaos_is_unknown),
+        cmocka_unit_test(test_statistics),           cmocka_unit_test(test_kinks_take_dop853),
+        cmocka_unit_test(test_orders_are_their_own),
     };
     return cmocka_run_group_tests(tests, native_open_quick, native_remove_cache);
 }
