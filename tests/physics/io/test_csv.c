@@ -292,9 +292,27 @@ static void test_locale(void **state)
     free(back);
 }
 
+/* Rows before the damage are there; its status is what is returned. */
+static void test_damage_ends_a_read(void **state)
+{
+    (void)state;
+    struct path file = files_write_text("rows.csv", "a,b\n1,2\n3,4\n5,x\n7,8\n");
+    struct ad_error error = {0};
+    struct phys_csv csv = {0};
+    double a[4] = {0}, b[4] = {0}, *const to[] = {a, b};
+    size_t rows;
+    assert_int_equal(phys_csv_open(&csv, file.text, 0, &error), AD_OK);
+    assert_int_equal(phys_csv_read(&csv, 4, to, 1, &rows, &error), AD_E_INPUT);
+    assert_int_equal(error.status, AD_E_INPUT);
+    assert_mentions(error.message, "rows.csv:4:3: 'x'");
+    assert_true(rows == 2 && a[1] == 3 && b[1] == 4 && a[3] == 0);
+    phys_csv_close(&csv);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_damage_ends_a_read),
         cmocka_unit_test(test_every_shape_of_text),
         cmocka_unit_test(test_pipe),
         cmocka_unit_test(test_gzip),
