@@ -188,7 +188,8 @@ static void test_evaluations_agree(void **state)
         double *x = small_values(9, STATES, N), rates[STATES * N], energy[N] = {0}, one[STATES],
                at[4];
         assert_int_equal(hnn_model_evaluate(model, N, x, rates, energy, &error), AD_OK);
-        assert_int_equal(isnan(energy[N - 1]) != 0, s.kind == HNN_BASELINE); /* which has none */
+        if (s.kind == HNN_BASELINE)
+            assert_true(isnan(energy[N - 1]));
         for (int type = AD_F32; type <= AD_F64; type++) {
             double tolerance = type == AD_F32 ? 3e-6 : 1e-13;
             hnn_model_evaluate_in(model, (enum ad_type)type);
