@@ -99,7 +99,7 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
     if (carried_rate(s, s->t, s->cut, s->rate, &share, error) != AD_OK)
         return error->status;
     s->has_rate = true;
-    s->interpolations += share > rounding; /* of which there are no others */
+    s->interpolations += share > 8 * rounding; /* of which there are no others */
     for (size_t i = 0; i < COLUMNS; i++) {
         if (midpoint(s, h, 2 * (i + 1), share > rounding, s->work + i * n, error) != AD_OK)
             return error->status;

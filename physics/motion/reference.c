@@ -53,7 +53,7 @@ struct runs {
     bool looks;                   /* for more of them along the motion */
     bool interrupted, dissipates; /* energy is not conserved */
     bool limited, exhausted;      /* to BUDGET; the last run was */
-    bool carried;            /* a tenth of the forces, or more, saw what rounding cuts off places */
+    bool carried; /* forces saw a lot of what rounding cuts off places in a hundredth of steps */
     double longest, average; /* step of the last run */
     size_t steps;            /* of the last run */
 };
@@ -141,7 +141,7 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
     }
     runs->interrupted |= info.stop == PHYS_SIMULATION_INTERRUPTED;
     runs->exhausted = runs->limited && lost->status == AD_E_ACCURACY && info.steps >= BUDGET;
-    runs->carried |= 10 * info.interpolations > info.steps;
+    runs->carried |= 100 * info.interpolations > info.steps;
     runs->longest = info.max_step;
     runs->average = fabs(info.t - times[0]) / (double)(info.steps + 1);
     runs->steps = info.steps;
@@ -294,7 +294,8 @@ static enum ad_status reverse(struct runs *runs, const double *times, double los
         return AD_OK;
     for (size_t i = 0; i <= last; i++)
         back[i] = times[last - i];
-    memcpy(again, x + state * last, state * sizeof *x);
+    for (size_t k = 0; k < state; k++) /* twice the rounding of the end */
+        again[k] = x[state * last + k] * (1 + DBL_EPSILON);
     memcpy(x, r->x + state * last, state * sizeof *x);
     if (run_back(runs, last, back, 0, x, error))
         r->reversal = apart(r->dof, x + state * last, r->x);
