@@ -47,7 +47,7 @@ static void test_models(void **state)
     wrong = 0;
     TRY(model, use_model, "", (void)s);
     TRY(model, use_model, "size", s.size = 0);
-    TRY(model, use_model, "model", s.kind = (enum hnn_kind)3);
+    TRY(model, use_model, "model", s.kind = (enum hnn_kind)(HNN_SYMPNET + 1));
     TRY(model, use_model, "model", s.kind = (enum hnn_kind) - 1);
     TRY(model, use_model, "degrees", s.dof = 0);
     TRY(model, use_model, "degrees", s.dof = SIZE_MAX);

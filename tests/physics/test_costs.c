@@ -1,6 +1,6 @@
 /* What results cost: steps and evaluations of every method on problems that are told apart by them,
-   to 10 %. Choices that no result shows (first steps, orders, guesses, when to give up) show here. A
-   change that costs less changes the table. */
+   to 10 %. Choices that no result shows (first steps, orders, guesses, when to give up) show here.
+   A change that costs less changes the table. */
 #include "motion.h"
 #include "systems.h"
 #include "physics/fit/fit.h"
@@ -15,7 +15,7 @@
 /* [0] where nothing else is said: calls of `proceed`. */
 enum { COSTS = 3 };
 
-static size_t asked;
+static size_t asked, differing;
 
 static bool goes_on(void *context)
 {
@@ -37,8 +37,9 @@ static void compare(const char *name, const struct row *row, const double cost[C
     print_message("{\"%s\", %g, %g, {%g, %g, %g}},\n", row->what, row->setting, row->time, cost[0],
                   cost[1], cost[2]);
     if (!same)
-        fail_msg("%s of %s: %g, %g, %g; expected %g, %g, %g", name, row->what, cost[0], cost[1],
-                 cost[2], row->cost[0], row->cost[1], row->cost[2]);
+        print_error("%s of %s: %g, %g, %g; expected %g, %g, %g\n", name, row->what, cost[0],
+                    cost[1], cost[2], row->cost[0], row->cost[1], row->cost[2]);
+    differing += !same;
 }
 
 /* Steps, steps rejected, evaluations of "SCENE METHOD", by a tolerance or a step. */
@@ -117,10 +118,10 @@ static void required_errors(void **state)
 static void paths(void **state)
 {
     static const struct row rows[] = {
-        {"pendulum", 1e-6, 1, {2, 8, 239}},      {"pendulum", 1e-10, 3, {3, 8, 221}},
-        {"kepler", 1e-8, 2, {4, 16, 597}},       {"dblpend", 1e-6, 0.5, {2, 8, 250}},
-        {"double-well", 1e-8, 4, {4, 16, 1001}}, {"cubic", 1e-9, 2, {3, 8, 227}},
-        {"freebody", 1e-9, 5, {3, 8, 221}},      {"threebody", 1e-6, 0.5, {3, 8, 481}},
+        {"pendulum", 1e-6, 1, {2, 8, 134}},      {"pendulum", 1e-10, 3, {3, 8, 151}},
+        {"kepler", 1e-8, 2, {4, 16, 402}},       {"dblpend", 1e-6, 0.5, {2, 8, 173}},
+        {"double-well", 1e-8, 4, {4, 16, 866}}, {"cubic", 1e-9, 2, {3, 8, 150}},
+        {"freebody", 1e-9, 5, {3, 8, 151}},      {"threebody", 1e-6, 0.5, {3, 8, 404}},
     };
     (void)state;
     for (size_t r = 0; r < LENGTH(rows); r++) {
@@ -276,13 +277,21 @@ static void searches(void **state)
     }
 }
 
+static int all_as_expected(void **state)
+{
+    size_t rows = differing;
+    (void)state;
+    differing = 0;
+    return rows != 0;
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(searches),
-        cmocka_unit_test(motions),
-        cmocka_unit_test(required_errors),
-        cmocka_unit_test(paths),
+        cmocka_unit_test_teardown(searches, all_as_expected),
+        cmocka_unit_test_teardown(motions, all_as_expected),
+        cmocka_unit_test_teardown(required_errors, all_as_expected),
+        cmocka_unit_test_teardown(paths, all_as_expected),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

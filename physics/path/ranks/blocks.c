@@ -53,7 +53,7 @@ enum ad_status phys_ranked_check(const struct phys_system *system,
 {
     const char *name = solver->name;
     static const char *const solvers[] = {"newton", "lbfgs", "adam", "sgd"};
-    bool newton = strcmp(name, "newton") == 0, known = false;
+    bool known = false;
     for (size_t k = 0; k < sizeof solvers / sizeof *solvers; k++)
         known |= strcmp(name, solvers[k]) == 0;
     if (!known)
@@ -68,9 +68,6 @@ enum ad_status phys_ranked_check(const struct phys_system *system,
         return ad_fail(error, AD_E_ARGUMENT,
                        "hold, ends, mesh, reference, compare, start_momentum or energy_weight over "
                        "ranks; expected none of them");
-    if (!newton && s->adam_steps > 0)
-        return ad_fail(error, AD_E_ARGUMENT, "%zu Adam steps before %s over ranks; expected 0",
-                       s->adam_steps, name);
     if (phys_refuse_constraints(system, "paths over ranks", error) != AD_OK)
         return error->status;
     return phys_refuse_forces(system, "paths over ranks", error);

@@ -129,6 +129,13 @@ static enum ad_status descend(struct solve *s, enum ad_optimiser_method method, 
     return error->status;
 }
 
+/* Before newton and lbfgs. */
+static enum ad_status approach(struct solve *s, enum phys_stop *stop, struct ad_error *error)
+{
+    size_t taken, steps = s->path.settings->adam_steps;
+    return steps ? descend(s, AD_ADAM, steps, false, &taken, stop, error) : AD_OK;
+}
+
 /* ---- limited-memory BFGS ---- */
 
 static double product(void *context, const double *a, const double *b)
@@ -168,7 +175,7 @@ static enum ad_status lbfgs(struct solve *s, size_t *taken, enum phys_stop *stop
         ad_fail(error, AD_E_MEMORY, "out of memory for a share of %zu slices", s->path.columns);
     s->error = error;
     ad_lbfgs_share(method, product, s);
-    if (ad_ranks_agree(s->path.ranks, error) == AD_OK)
+    if (ad_ranks_agree(s->path.ranks, error) == AD_OK && approach(s, stop, error) == AD_OK)
         take_gradient(s, g);
     const double first = error->status == AD_OK ? first_step(s, g, error) : 0;
     for (; error->status == AD_OK && finite(s, *taken, error) == AD_OK; ++*taken) {
@@ -266,10 +273,8 @@ static enum ad_status follow(struct solve *s, size_t *step, enum phys_stop *stop
 static enum ad_status newton(struct solve *s, size_t *steps, enum phys_stop *stop,
                              struct ad_error *error)
 {
-    size_t adam = 0;
     if (phys_elimination_new(&s->system, &s->path, error) == AD_OK &&
-        (s->path.settings->adam_steps == 0 ||
-         descend(s, AD_ADAM, s->path.settings->adam_steps, false, &adam, stop, error) == AD_OK))
+        approach(s, stop, error) == AD_OK)
         follow(s, steps, stop, error);
     phys_elimination_free(&s->system);
     return error->status;

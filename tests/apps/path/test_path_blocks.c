@@ -45,7 +45,6 @@ static void test_refused(void **state)
                 {"--all", "--all blocks"},
                 {"--init x.csv", "--init x.csv line ode"},
                 {"--start theta=1 --end theta=free", "free ends blocks"},
-                {"--solver lbfgs", "lbfgs newton adam sgd"},
                 {"--rule left+repeat", "left+repeat"}};
     for (size_t k = 0; k < LENGTH(rows); k++) {
         assert_int_equal(shell("$LA path pendulum --blocks %s --csv none.csv", rows[k].options), 2);
