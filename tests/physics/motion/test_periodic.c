@@ -1,5 +1,5 @@
 /* Periodic motions and their multipliers against closed forms and published numbers. */
-#include "systems.h"
+#include "tests/physics/systems.h"
 #include "tests/close.h"
 #include "tests/mentions.h"
 
