@@ -219,9 +219,9 @@ static enum ad_status check(struct family_run *run, struct ad_error *error)
     if (conserves ? s->hold != PHYS_HOLD_ENERGY && s->hold != PHYS_HOLD_PERIOD
                   : run->timeless != (s->hold == PHYS_HOLD_NOTHING) || s->hold == PHYS_HOLD_ENERGY)
         return ad_fail(error, AD_E_ARGUMENT, "%s: a family in %s holds %s", name, s->along,
-                       conserves       ? "the energy or the period"
-                       : run->timeless ? "nothing"
-                                       : "the period, or its product with a frequency");
+                       conserves       ? "energy or period; expected one of them as `hold`"
+                       : run->timeless ? "nothing; expected no `hold`"
+                                       : "the period, or its product with a frequency, as `hold`");
     return error->status;
 }
 
