@@ -212,7 +212,7 @@ static enum ad_status follow(void *context, struct ad_error *error)
     run->settings.context = &w;
     phys_motion_solve(&run->system, &run->settings, &run->motion, &cause);
     progress_end(&w.progress);
-    if (cause.status != AD_OK)
+    if (cause.status != AD_OK && simulate_family_judge(run, error) == AD_OK)
         refuse(run, &cause, error);
     if (error->status == AD_OK && run->tables.n && !run->options->no_reference)
         simulate_ephemeris_compare(run, error);

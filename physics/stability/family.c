@@ -16,7 +16,8 @@ static const double first_step = 0.02, longest = 0.1, shortest = 1e-7; /* in uni
 static const double strayed = 0.3; /* of the step: as far as Newton's method may go from the line */
 static const double shrunk = 0.3;  /* rates, in a step */
 static const double rest = 0.05 * 0.05; /* square of what moves in a period */
-static const double turned = 0.97;      /* cosine of the angle from tangent to tangent */
+static const char begins_there[] = "%s = %g: the family begins there";
+static const double turned = 0.97; /* cosine of the angle from tangent to tangent */
 
 /* ---- steps ---- */
 
@@ -164,7 +165,8 @@ static enum ad_status follow(struct family_run *run, struct family_point *a, str
         if (lost.status != AD_OK || phys_family_add(run, b, PHYS_MARK_NONE, NAN, &lost) != AD_OK)
             return lose(run, &lost, error);
         note_change(family);
-        if (run->timeless && swing(run, b, b) < fmin(rest, swing(run, a, a))) {
+        if (run->timeless && swing(run, b, b) < fmin(rest, swing(run, a, a)) &&
+            phys_family_is_small(run, b, &lost)) {
             family->end = PHYS_FAMILY_ENDS;
             return phys_family_rest(run, b, &lost) == AD_OK ? AD_OK : lose(run, &lost, error);
         }
@@ -265,8 +267,8 @@ static enum ad_status open(struct family_run *run, const struct phys_system *sys
         phys_typical_sizes(&plain, 0, s->x, run->unit, error);
     phys_ode_free(&plain);
     run->unit[n - 1] = s->period;
-    if (of)
-        run->unit[d] = fabs(s->to - phys_system_get(system, s->along));
+    if (of && (run->unit[d] = fabs(s->to - phys_system_get(system, s->along))) == 0)
+        ad_fail(error, AD_E_ARGUMENT, begins_there, s->along, s->to);
     return error->status;
 }
 
@@ -314,11 +316,13 @@ static enum ad_status begin(struct family_run *run, struct family_point *p,
     if (phys_family_correct(run, base, row, 0, p, &moved, error) == AD_OK) {
         const double way = s->to - p->value;
         if (way == 0)
-            ad_fail(error, AD_E_ARGUMENT, "%s = %g: the family begins there", s->along, s->to);
+            ad_fail(error, AD_E_ARGUMENT, begins_there, s->along, s->to);
+        if (error->status == AD_OK && run->along == ALONG_PARAMETER)
+            phys_family_refuse_unused(run, p->u, error);
         for (size_t j = 0; j < n && way < 0; j++)
             p->tangent[j] = -p->tangent[j];
         p->slope = way < 0 ? -p->slope : p->slope;
-        if (phys_family_add(run, p, PHYS_MARK_NONE, NAN, error) == AD_OK)
+        if (error->status == AD_OK && phys_family_add(run, p, PHYS_MARK_NONE, NAN, error) == AD_OK)
             settle(run, p, error);
     }
     free(row);

@@ -55,6 +55,9 @@ void phys_family_point_copy(const struct family_run *run, const struct family_po
                             struct family_point *to);
 /* The energy of u. */
 double phys_family_energy(struct family_run *run, const double *u);
+/* A parameter that neither forces nor energy depend on, as those of the start, has no family. */
+enum ad_status phys_family_refuse_unused(struct family_run *run, const double *u,
+                                         struct ad_error *error);
 /* Change of the value with u [columns], in units. */
 void phys_family_value_slope(struct family_run *run, const double *u, double *slope);
 /* From to->u, Newton's method to a periodic motion on the plane row . (u - base) = along, in units;
@@ -70,6 +73,10 @@ enum ad_status phys_family_add(struct family_run *run, const struct family_point
 /* Adds the members between two points, `length` apart, that are marked; true: it ends there. */
 bool phys_family_mark_between(struct family_run *run, const struct family_point *a,
                               const struct family_point *b, double length, struct ad_error *error);
+/* Whether all of a motion with a slow start is slow: half a period of a small oscillation takes it
+   1/pi of what its rate would in a period, one that lingers near a saddle goes much farther. */
+bool phys_family_is_small(struct family_run *run, const struct family_point *p,
+                          struct ad_error *error);
 /* Adds the point at rest that the last three members shrink to. */
 enum ad_status phys_family_rest(struct family_run *run, struct family_point *p,
                                 struct ad_error *error);

@@ -59,6 +59,29 @@ double phys_family_energy(struct family_run *run, const double *u)
                : (double)NAN;
 }
 
+enum ad_status phys_family_refuse_unused(struct family_run *run, const double *u,
+                                         struct ad_error *error)
+{
+    const size_t d = run->d;
+    struct ad_error outside = {0}; /* of where it is defined: it does depend on it */
+    double *at = run->trial, *first = run->step, energy[2];
+    memset(run->y, 0, run->ode.n * sizeof *run->y);
+    for (size_t i = 0; i < d; i++) /* a state with no symmetry */
+        run->y[i] = at[i] = u[i] + run->unit[i] / (double)(17 + 3 * i);
+    for (size_t k = 0; k < 2 && outside.status == AD_OK; k++) {
+        at[d] = k == 0 ? u[d] : run->settings->to;
+        energy[k] = phys_family_energy(run, at);
+        run->ode.field(run->ode.context, 0.37 * u[d + 1], run->y, run->slope, &outside);
+        memcpy(k == 0 ? first : run->trial, run->slope, d * sizeof *at);
+    }
+    phys_family_energy(run, u);
+    return outside.status != AD_OK || energy[0] != energy[1] ||
+                   memcmp(first, run->trial, d * sizeof *first) != 0
+               ? AD_OK
+               : ad_fail(error, AD_E_ARGUMENT, "%s: L does not depend on %s: no family in it",
+                         run->system.scene->name, run->settings->along);
+}
+
 /* Differences of the energy by u, in units. */
 static void energy_slope(struct family_run *run, const double *u, double *slope)
 {

@@ -9,19 +9,40 @@
 
 enum { REST_STEPS = 12 };
 
-/* Newton's method to the point at rest amid a small motion u: x [d]. */
-static enum ad_status find_rest(struct family_run *run, const double *u, double *x,
-                                struct ad_error *error)
+/* Half a period after p, in y. */
+static enum ad_status find_opposite(struct family_run *run, const struct family_point *p,
+                                    struct ad_error *error)
 {
     const struct phys_orbit orbit = {run->d, run->unit, FAMILY_FINE, run->settings->proceed,
                                      run->settings->context};
+    return phys_orbit_follow(&orbit, &run->ode, "taylor", p->u, 0, 0.5 * p->u[run->columns - 1],
+                             run->y, error);
+}
+
+bool phys_family_is_small(struct family_run *run, const struct family_point *p,
+                          struct ad_error *error)
+{
+    const double period = p->u[run->columns - 1];
+    double across = 0, rates = 0;
+    if (find_opposite(run, p, error) != AD_OK)
+        return false;
+    for (size_t i = 0; i < run->d; i++) {
+        across += pow((run->y[i] - p->u[i]) / run->unit[i], 2);
+        rates += pow(p->rate[i] * period / run->unit[i], 2);
+    }
+    return across <= rates;
+}
+
+/* Newton's method to the point at rest amid a small motion p: x [d]. */
+static enum ad_status find_rest(struct family_run *run, const struct family_point *p, double *x,
+                                struct ad_error *error)
+{
     const size_t dof = run->d / 2;
     double *rate = run->slope, *a = run->step, *J = run->J, off = INFINITY;
-    if (phys_orbit_follow(&orbit, &run->ode, "taylor", u, 0, 0.5 * u[run->columns - 1], run->y,
-                          error) != AD_OK)
+    if (find_opposite(run, p, error) != AD_OK)
         return error->status;
     for (size_t i = 0; i < run->d; i++)
-        x[i] = i < dof ? 0.5 * (u[i] + run->y[i]) : 0;
+        x[i] = i < dof ? 0.5 * (p->u[i] + run->y[i]) : 0;
     memset(run->y, 0, run->ode.n * sizeof *run->y);
     for (size_t k = 0; k < REST_STEPS && off > 4 * DBL_EPSILON; k++) {
         for (size_t j = 0; j <= dof; j++) /* J by rows; the force itself last */
@@ -67,7 +88,7 @@ enum ad_status phys_family_rest(struct family_run *run, struct family_point *p,
     double e[3], f[3], periods[3], doubt = 0, period_doubt;
     if (family->n < 3)
         return ad_fail(error, AD_E_ACCURACY, "the motion shrinks to a point at rest");
-    if (find_rest(run, p->u, p->u, error) != AD_OK)
+    if (find_rest(run, p, p->u, error) != AD_OK)
         return error->status;
     for (size_t k = 0; k < 3; k++) {
         const struct phys_family_member *m = &family->member[family->n - 3 + k];

@@ -43,14 +43,17 @@ static int by_modulus(const void *a, const void *b)
 
 static enum phys_periodic_kind judge(const struct phys_periodic *found, bool timeless)
 {
-    size_t inside = 0;
+    size_t inside = 0, vague = 0;
     for (size_t k = 0; k < found->n; k++) {
         const struct phys_multiplier *m = &found->multiplier[k];
         const double off = hypot(m->re, m->im) - 1;
         if (off > known * m->uncertainty)
             return PHYS_PERIODIC_UNSTABLE;
         inside += off < -known * m->uncertainty;
+        vague += !(known * m->uncertainty < 1);
     }
+    if (vague)
+        return PHYS_PERIODIC_UNKNOWN;
     return inside + timeless >= found->n ? PHYS_PERIODIC_ATTRACTING : PHYS_PERIODIC_NEUTRAL;
 }
 
@@ -104,6 +107,8 @@ const char *phys_periodic_word(enum phys_periodic_kind kind)
     static const char *const words[] = {
         [PHYS_PERIODIC_NEUTRAL] = "stable to first order: no multiplier is outside the unit circle",
         [PHYS_PERIODIC_ATTRACTING] = "attracting: multipliers are inside the unit circle",
-        [PHYS_PERIODIC_UNSTABLE] = "unstable: a multiplier is outside the unit circle"};
+        [PHYS_PERIODIC_UNSTABLE] = "unstable: a multiplier is outside the unit circle",
+        [PHYS_PERIODIC_UNKNOWN] = "stability unknown: multipliers are less certain than the radius "
+                                  "of the unit circle"};
     return kind < sizeof words / sizeof *words ? words[kind] : NULL;
 }

@@ -277,8 +277,10 @@ static enum ad_status verify(struct orbit *o, struct phys_periodic *found, struc
     if (error->status == AD_OK && !(found->closure < o->close && again < o->close))
         return ad_fail(error, AD_E_ACCURACY,
                        "closes at t = %.9g to %.2g of its size, but after another %.9g it is %.2g "
-                       "off: the forces have another period",
-                       T, found->closure, T, again);
+                       "off: %s",
+                       T, found->closure, T, again,
+                       o->columns > o->d ? "rounding grows too fast"
+                                         : "the forces have another period");
     found->turns = 1;
     for (size_t k = 0; k < LENGTH(primes) && error->status == AD_OK; k++)
         while (error->status == AD_OK &&

@@ -32,7 +32,8 @@ struct phys_periodic_settings {
 enum phys_periodic_kind {
     PHYS_PERIODIC_NEUTRAL,    /* no multiplier is known to be off the unit circle by more than 1 */
     PHYS_PERIODIC_ATTRACTING, /* all are inside, but for the one along the motion */
-    PHYS_PERIODIC_UNSTABLE    /* one is outside */
+    PHYS_PERIODIC_UNSTABLE,   /* one is outside */
+    PHYS_PERIODIC_UNKNOWN     /* 4 uncertainties of one are as much as the circle's radius */
 };
 
 struct phys_multiplier {

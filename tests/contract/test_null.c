@@ -46,7 +46,7 @@ static void test_words_and_paths(void **state)
     char name[8] = "before";
     (void)state;
     assert_null(phys_ephemeris_planet(PHYS_EPHEMERIS_PLANETS));
-    assert_null(phys_periodic_word((enum phys_periodic_kind)3));
+    assert_null(phys_periodic_word((enum phys_periodic_kind)4));
     assert_null(phys_family_mark_word((enum phys_family_mark)8));
     assert_string_equal(phys_time_name(NULL), "t");
     assert_int_equal(phys_grid_of(NULL).slices, 0);

@@ -80,7 +80,14 @@ static void the_pendulum_over_its_energy(void **state)
     f = family_of(&system, how, PHYS_FAMILY_LOST);
     has_marks(&f, 0, NULL);
     assert_true(f.member[f.n - 1].value < 2 && f.member[f.n - 1].motion.period > 40);
+    assert_int_equal(f.member[f.n - 1].motion.kind, PHYS_PERIODIC_UNKNOWN);
     phys_family_free(&f);
+    how.x = (const double[]){1e-3, 0}, how.period = 6.28; /* its start lingers near the saddle */
+    f = family_of(&system, how, PHYS_FAMILY_LOST);
+    has_marks(&f, 0, NULL);
+    assert_true(f.member[f.n - 1].value < 2 && f.member[f.n - 1].motion.period > 40);
+    phys_family_free(&f);
+    how.x = x, how.period = 6.3;
     how.steps = 3;
     f = family_of(&system, how, PHYS_FAMILY_STEPS);
     assert_int_equal(f.n, 4);
@@ -362,6 +369,9 @@ static void what_has_no_family_is_refused(void **state)
     TRY(pendulum, AD_E_ARGUMENT, "nothing held energy", .along = "energy", .to = 1,
         .hold = PHYS_HOLD_PERIOD);
     TRY(pendulum, AD_E_ARGUMENT, "ll l", .along = "ll", .to = 1, .hold = PHYS_HOLD_ENERGY);
+    TRY(pendulum, AD_E_ARGUMENT, "l = 1 begins", .along = "l", .to = 1, .hold = PHYS_HOLD_ENERGY);
+    TRY(pendulum, AD_E_ARGUMENT, "not depend theta0", .along = "theta0", .to = 2,
+        .hold = PHYS_HOLD_ENERGY);
     TRY(pendulum, AD_E_ARGUMENT, "nan number", .along = "energy", .to = NAN);
     TRY(cycle, AD_E_ARGUMENT, "conserve energy parameter", .along = "energy", .to = 1);
     TRY(cycle, AD_E_ARGUMENT, "p holds nothing", .along = "p", .to = 1, .hold = PHYS_HOLD_PERIOD);
