@@ -113,6 +113,14 @@ static double wide_step(const struct axis *axis)
     return unit * (step >= 5 * unit ? 5 : step >= 2 * unit ? 2 : 1);
 }
 
+/* The least round step between labels that leaves 45 pixels to each. */
+static double narrow_step(const struct axis *axis, double pixels)
+{
+    double step = 45 * (axis->range.high - axis->range.low) / pow(10, axis->power) / pixels;
+    double unit = pow(10, floor(log10(step)));
+    return unit * (step > 5 * unit ? 10 : step > 2 * unit ? 5 : step > unit ? 2 : 1);
+}
+
 static void set_axis(char which, const struct panel *panel, const char *title, const char *range,
                      const char *tics, const struct axis *axis, FILE *out)
 {
@@ -168,6 +176,9 @@ void figure_panel(struct figure *figure, const struct panel *panel)
     set_place(panel, p, out);
     set_axis('x', panel, panel->x, panel->x_range, panel->x_tics, &panel->across, out);
     set_axis('y', panel, panel->y, panel->y_range, panel->y_tics, &panel->up, out);
+    if (figure->layout.columns > 2 && panel->across.range.low < panel->across.range.high)
+        fprintf(out, "set xtics %.6g\n",
+                narrow_step(&panel->across, figure->plot->width * (p.right - p.left)));
     if (figure->space) {
         set_axis('z', panel, NULL, NULL, NULL, &panel->depth, out);
         fprintf(out, "set xtics %.6g\nset ytics %.6g\nset ztics %.6g\n", wide_step(&panel->across),

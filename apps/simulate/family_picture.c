@@ -1,5 +1,5 @@
 /* The picture of a family: period (or energy) and largest multiplier over the value, with marks; in
-   a plane, some of its motions. */
+   a plane or in space, some of its motions, over the two coordinates that change most. */
 #include "apps/output/figure.h"
 #include "simulate.h"
 
@@ -31,8 +31,8 @@ static void draw(struct figure *figure, const struct phys_family *f, int column)
             }
 }
 
-/* A block of x, y and the share of the family, a line a body and motion; returns their ranges. */
-static enum ad_status write_orbits(const struct simulate_run *run, FILE *out, struct range range[2],
+/* A block of places and the share of the family, a line a body and motion; returns their ranges. */
+static enum ad_status write_orbits(const struct simulate_run *run, FILE *out, struct range range[3],
                                    struct ad_error *error)
 {
     const struct phys_family *f = &run->family;
@@ -42,7 +42,7 @@ static enum ad_status write_orbits(const struct simulate_run *run, FILE *out, st
     double *path = malloc(dof * POINTS * sizeof *path);
     if (!path)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    fputs("\n\n# some of the motions: x, y, share of the family\n", out);
+    fputs("\n\n# some of the motions: places, share of the family\n", out);
     for (size_t i = 0; i < f->n && error->status == AD_OK; i += apart) {
         const struct phys_periodic *m = &f->member[i].motion;
         if (of)
@@ -53,10 +53,11 @@ static enum ad_status write_orbits(const struct simulate_run *run, FILE *out, st
             break;
         for (size_t k = 0; k < dof; k += system.dims) {
             for (size_t j = 0; j < POINTS; j++) {
-                const double x = path[k * POINTS + j], y = path[(k + 1) * POINTS + j];
-                fprintf(out, "%.9g %.9g %.3g\n", x, y, (double)i / (double)f->n);
-                range_widen(&range[0], x);
-                range_widen(&range[1], y);
+                for (size_t c = 0; c < system.dims; c++) {
+                    fprintf(out, "%.9g ", path[(k + c) * POINTS + j]);
+                    range_widen(&range[c], path[(k + c) * POINTS + j]);
+                }
+                fprintf(out, "%.3g\n", (double)i / (double)f->n);
             }
             fputc('\n', out);
         }
@@ -67,13 +68,16 @@ static enum ad_status write_orbits(const struct simulate_run *run, FILE *out, st
     return error->status;
 }
 
+static double span(struct range range) { return range.high - range.low; }
+
 enum ad_status simulate_family_picture(const struct simulate_run *run, struct plot *plot,
                                        struct ad_error *error)
 {
     const struct phys_family *f = &run->family;
     const struct phys_scene *scene = run->system.scene;
     const bool plane = scene->picture == PHYS_PICTURE_PLANE && run->system.dims >= 2;
-    struct range range[2] = {{INFINITY, -INFINITY}, {INFINITY, -INFINITY}};
+    struct range range[3] = {{INFINITY, -INFINITY}, {INFINITY, -INFINITY}, {INFINITY, -INFINITY}};
+    struct range values = {INFINITY, -INFINITY};
     const bool periods = strcmp(run->along, "period") == 0;
     struct layout layout = figure_pair;
     struct figure figure;
@@ -88,6 +92,7 @@ enum ad_status simulate_family_picture(const struct simulate_run *run, struct pl
         fprintf(plot->data, "%.12g %d\n", largest ? hypot(largest->re, largest->im) : NAN,
                 (int)m->mark);
         n += m->mark != PHYS_MARK_NONE;
+        range_widen(&values, m->value);
     }
     if (plane && write_orbits(run, plot->data, range, error) != AD_OK)
         return error->status;
@@ -98,29 +103,36 @@ enum ad_status simulate_family_picture(const struct simulate_run *run, struct pl
     if (plane) {
         layout.width = 1440;
         layout.columns = 3;
-        layout.room.left = 0.05;
+        layout.room.left = 0.065;
         layout.gap.x = 0.07;
     }
     layout.found = line.text;
     figure_begin(&figure, plot, &layout);
+    const struct axis across = {run->along, NULL, range_with_margins(values, .02, .02), 0};
     figure_panel(
         &figure,
-        &(struct panel){.x = run->along, .y = periods ? "energy" : "period", .key = KEY_ABOVE});
+        &(struct panel){.across = across, .y = periods ? "energy" : "period", .key = KEY_ABOVE});
     draw(&figure, f, 2);
-    figure_panel(&figure, &(struct panel){
-                              .x = run->along, .y = "largest modulus of a multiplier", .log = "y"});
+    figure_panel(
+        &figure,
+        &(struct panel){.across = across, .y = "largest modulus of a multiplier", .log = "y"});
     draw(&figure, f, 3);
     if (plane) {
         char names[2][SIMULATE_NAME];
         struct axis axis[2];
+        size_t least = 2, shown[2];
+        for (size_t k = 0; k < 2 && run->system.dims > 2; k++)
+            least = span(range[k]) < span(range[least]) ? k : least;
         for (size_t k = 0; k < 2; k++) {
-            phys_coordinate_name(&run->system, k, names[k], sizeof names[k]);
-            axis[k] =
-                (struct axis){names[k], scene->unit, range_with_margins(range[k], .05, .05), 0};
+            shown[k] = k + (k >= least);
+            phys_coordinate_name(&run->system, shown[k], names[k], sizeof names[k]);
+            axis[k] = (struct axis){names[k], scene->unit,
+                                    range_with_margins(range[shown[k]], .05, .05), 0};
         }
         figure_panel(&figure, &(struct panel){.across = axis[0], .up = axis[1], .equal = true});
         fputs("unset colorbox\nset palette defined (0 '#9ecae1', 1 '#08306b')\n", plot->script);
-        figure_element(&figure, "data index 1 using 1:2:3 with lines lc palette notitle");
+        figure_element(&figure, "data index 1 using %zu:%zu:%zu with lines lc palette notitle",
+                       shown[0] + 1, shown[1] + 1, run->system.dims + 1);
     }
     figure_end(&figure);
     return error->status;

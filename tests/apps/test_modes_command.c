@@ -1,6 +1,7 @@
 /* leastaction modes: tables, files and pictures of one run, and what it refuses; families
    of periodic motions from modes (simulate --mode). */
 #include "tests/close.h"
+#include "picture_text.h"
 #include "shell.h"
 #include "tests/mentions.h"
 
@@ -70,10 +71,20 @@ static void a_family_begins_with_a_mode(void **state)
                 "grep -q family/state");
 }
 
+/* Labels of narrow panels are apart; across the plane of two bodies, what moves is z. */
+static void a_family_in_space_is_drawn(void **state)
+{
+    (void)state;
+    shell_works("$LA simulate cr3bp --mode 2 --continue energy=-1.59 --plot f.svg --quiet && "
+                "grep -q '>z<' f.svg");
+    picture_texts_are_apart();
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(a_family_begins_with_a_mode, shell_empty),
+        cmocka_unit_test_setup(a_family_in_space_is_drawn, shell_empty),
         cmocka_unit_test_setup(the_table_is_the_file, shell_empty),
         cmocka_unit_test_setup(boxes_and_modes_are_chosen, shell_empty),
     };
