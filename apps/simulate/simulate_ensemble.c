@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 static enum ad_status check(const struct simulate_run *run, struct ad_error *error)
 {
@@ -34,15 +35,23 @@ static enum ad_status check(const struct simulate_run *run, struct ad_error *err
 static enum ad_status read_table(struct ensemble_run *r, struct ad_error *error)
 {
     const char *file = r->run->options->ensemble;
+    const struct settings *set = &r->run->options->common.set;
     struct phys_ensemble_settings *s = &r->settings;
     if (phys_table_read_named(file, &s->n, &s->n_columns, &r->values, &r->names, error) != AD_OK)
         return error->status;
-    for (size_t c = 0; c < s->n_columns; c++)
+    for (size_t c = 0; c < s->n_columns; c++) {
         if (!r->names || !r->names[c])
             return ad_fail(error, AD_E_INPUT,
                            "%s:1: column %zu has no name; expected a coordinate, v_ and a "
                            "coordinate, or a parameter",
                            file, c + 1);
+        for (size_t k = 0; k < set->n; k++)
+            if (strcmp(set->setting[k].name, r->names[c]) == 0)
+                return ad_fail(error, AD_E_ARGUMENT,
+                               "--set, --scan: %s is a column of %s, which gives it to each "
+                               "member; leave one out",
+                               r->names[c], file);
+    }
     s->names = (const char *const *)r->names;
     s->values = r->values;
     return AD_OK;

@@ -299,6 +299,8 @@ static void test_ensemble(void **state)
         "printf 'x,z\\n3,4\\n' > f.csv; $LA simulate kepler --ensemble f.csv",
         "printf 'x,y\\n3\\n' > f.csv; $LA simulate kepler --ensemble f.csv",
         "printf 'x,y\\n3,nan\\n' > f.csv; $LA simulate kepler --ensemble f.csv",
+        "printf 'x,gm\\n1,2\\n' > f.csv; $LA simulate kepler --ensemble f.csv --set gm=2",
+        "$LA simulate kepler --ensemble f.csv --scan gm=1:2:2",
         "$LA simulate kepler --ensemble none.csv",
         "$LA simulate kepler --ensemble e.csv --integrator rk4",
         "$LA simulate kepler --ensemble e.csv --reverse",
