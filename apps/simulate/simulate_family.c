@@ -22,6 +22,12 @@ static enum ad_status read_follow(struct simulate_run *run, double *to, struct a
             return ad_fail(error, AD_E_ARGUMENT,
                            "--continue: the %s begins at that of the motion found; expected %s=TO",
                            run->along, run->along);
+        const struct settings *set = &run->options->common.set;
+        for (size_t k = 0; k < set->n; k++)
+            if (strcmp(set->setting[k].name, run->along) == 0)
+                return ad_fail(error, AD_E_ARGUMENT,
+                               "--continue does not go with --set %s: it sets that parameter",
+                               run->along);
         return phys_system_set(&run->system, run->along, from, error);
     }
     if (length == 0 || length >= sizeof run->along || !options_number(is + 1, to))

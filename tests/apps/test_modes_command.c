@@ -65,6 +65,9 @@ static void a_family_begins_with_a_mode(void **state)
                            "--csv f.csv --out f.h5 --plot f.svg --quiet"),
                      1);
     assert_mentions(shell_err(), "energy not reached rest");
+    assert_int_equal(shell("$LA simulate pendulum --set l=1 --periodic 6.3 --continue l=1.1:1.2 "
+                           "--hold energy"),
+                     2);
     assert_int_equal(shell("$LA simulate cubic --mode 1 --continue energy=.3"), 1); /* it escapes */
     assert_mentions(shell_err(), "energy=.3 lost beyond 0.166666667");
     shell_works("tail -1 f.csv | grep -q ',rest,6.28318530' && test -s f.svg && $LA dump f.h5 | "
