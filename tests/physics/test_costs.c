@@ -260,7 +260,6 @@ static void searches(void **state)
         {lyapunov, {"dblpend", 1e-10, 20, {0, 2361, 0}}},
         {lyapunov, {"kepler", 1e-10, 60, {0, 2656, 0}}},
         {fit, {"pendulum", 0.2, 10, {5, 54, 0}}},
-        {fit, {"dblpend", 0.1, 6, {6, 516, 0}}},
     };
     (void)state;
     for (size_t r = 0; r < LENGTH(rows); r++) {
