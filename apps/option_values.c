@@ -65,14 +65,15 @@ bool options_integer(const char *text, uint64_t most, uint64_t *value)
     return errno == 0 && parsed <= most;
 }
 
-static enum ad_status add_setting(struct settings *settings, const char *text,
+static enum ad_status add_setting(const char *option, struct settings *settings, const char *text,
                                   struct ad_error *error)
 {
     const char *equals = strchr(text, '=');
     double value;
     if (!equals || equals == text || !options_number(equals + 1, &value))
         return ad_fail(error, AD_E_ARGUMENT,
-                       "--set: expected NAME=VALUE with a number, as in mass=1.5, got '%s'", text);
+                       "--%s: expected NAME=VALUE with a number, as in mass=1.5, got '%s'", option,
+                       text);
     if (!phys_grow(&settings->setting, settings->n, sizeof *settings->setting))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     char *name = strndup(text, (size_t)(equals - text));
@@ -144,7 +145,7 @@ enum ad_status option_store(const struct option *option, const char *text, char 
     case OPTION_TEXTS:
         return add_text(at, text, error);
     case OPTION_SETTINGS:
-        return add_setting(at, text, error);
+        return add_setting(option->name, at, text, error);
     }
     if (!right)
         return ad_fail(error, AD_E_ARGUMENT, "--%s: expected %s, got '%s'", option->name,

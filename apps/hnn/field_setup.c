@@ -63,7 +63,8 @@ static enum ad_status choose(const struct field_options *o, struct field *f, str
         return error->status;
     if (hnn_model_settings(f->model)->inputs)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "%s: has inputs, which a field here has none of; try leastaction rollout",
+                       "%s: a field of states alone is drawn, its own has inputs, too; try "
+                       "leastaction rollout",
                        o->common.argument[0]);
     if (hnn_model_ode(f->model, &f->ode, error) != AD_OK)
         return error->status;

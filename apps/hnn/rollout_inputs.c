@@ -10,12 +10,14 @@ enum { NAME = 64 };
 
 static const char *const interpolations[] = {"linear", "hold"};
 
+/* The last counts, as of --set. */
 static const struct phys_setting *fixed(const struct rollout_options *o, const char *name)
 {
+    const struct phys_setting *last = NULL;
     for (size_t k = 0; k < o->fix.n; k++)
         if (strcmp(o->fix.setting[k].name, name) == 0)
-            return &o->fix.setting[k];
-    return NULL;
+            last = &o->fix.setting[k];
+    return last;
 }
 
 char *rollout_input_columns(const struct rollout_options *o, const hnn_model *model)
@@ -106,7 +108,7 @@ enum ad_status rollout_give_inputs(struct rollout_run *run, struct rollout_model
 enum ad_status rollout_check_fixed(const struct rollout_run *run, struct ad_error *error)
 {
     const struct rollout_options *o = run->options;
-    size_t inputs = 0;
+    bool used = false;
     char name[NAME];
     for (size_t f = 0; f < o->fix.n; f++) {
         bool found = false;
@@ -120,9 +122,10 @@ enum ad_status rollout_check_fixed(const struct rollout_run *run, struct ad_erro
                            o->fix.setting[f].name);
     }
     for (size_t m = 0; m < run->n_models; m++)
-        inputs += hnn_model_settings(run->model[m].model)->inputs;
-    if (!inputs && (o->inputs || o->interpolation))
-        return ad_fail(error, AD_E_ARGUMENT, "--%s: no model has inputs",
+        used = used || run->model[m].inputs.table;
+    if (!used && (o->inputs || o->interpolation))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--%s: no model has inputs beside the time and those of --fix",
                        o->inputs ? "inputs" : "interpolation");
     return AD_OK;
 }

@@ -322,6 +322,9 @@ static enum ad_status choose_outputs(struct rollout_run *run, struct ad_error *e
     const bool by_steps = step > 0 && !run->truth.n && o->points == OPTION_NO_COUNT;
     if (by_steps && !(time / step < 1e7))
         return ad_fail(error, AD_E_ARGUMENT, "--time %g: over 1e7 steps of %g", time, step);
+    if (by_steps && time < step * (1 - 1e-12))
+        return ad_fail(error, AD_E_ARGUMENT, "--time %g: expected at least a sympnet's step, %g",
+                       time, step);
     if (by_steps)
         s->n = (size_t)(time / step * (1 + 1e-12)) + 1;
     s->t = run->t = malloc(s->n * sizeof *run->t);

@@ -296,7 +296,7 @@ static enum ad_status refuse_unused(const struct train_run *run, struct ad_error
          "quadratic normalise",
          "is of a new network; --from has its own"},
         {!o->from && !strstr(o->model, "hnn"), "field",
-         "is of models with an H, not of a baseline or lnn"},
+         "is of models with an H: hnn and pixel-hnn"},
         {isnan(o->test_fraction) && !run->pixels, "split", "needs --test-fraction"},
         {!o->rollout, "dt stepping hold", "needs --rollout"},
         {!run->data.inputs, "hold", "needs --inputs or --controls"},

@@ -103,7 +103,7 @@ static enum ad_status check(const char *file, const struct hnn_settings *s, stru
     const char *why = s->pixels                ? "learnt from pixels: its coordinates are latent"
                       : s->dissipation         ? "a learnt dissipation, which no Lagrangian gives"
                       : s->kind == HNN_SYMPNET ? "a sympnet, which has no H or L"
-                      : s->inputs              ? "inputs, which a scene has none of"
+                      : s->inputs              ? "its inputs: a scene has none"
                       : s->dof > HNN_LAGRANGIAN_MOST ? "more than 32 coordinates"
                       : hamiltonian && strcmp(s->activation, "relu") == 0
                           ? "activation relu: H has no second derivatives"

@@ -20,8 +20,9 @@
 static enum ad_status see_states(hnn_trainer *t, struct ad_error *error)
 {
     const struct hnn_data *d = &t->train;
-    size_t states = hnn_states(t->model);
-    if (hnn_range_states(t->model, d->held, d->samples.x, error) != AD_OK || !d->samples.end)
+    size_t states = hnn_rows(t->model);
+    if (hnn_range_states(t->model, d->held, t->settings.rollout, d->samples.x, error) != AD_OK ||
+        !d->samples.end)
         return error->status;
     double *low = t->model->range, *high = low + states + 1;
     for (size_t k = 0; k < states; k++) {
@@ -229,14 +230,24 @@ enum ad_status hnn_history_add(hnn_trainer *t, const struct hnn_row *row, struct
     return AD_OK;
 }
 
+/* What to try where a number is not finite. The learning rate has no part in the first loss. */
+static const char *remedy(const hnn_trainer *t)
+{
+    bool midpoint = t->settings.rollout && t->settings.stepping == HNN_MIDPOINT,
+         first = t->step <= 1;
+    return midpoint && first ? "shorter time steps, which have a middle, or runge-kutta"
+           : midpoint        ? "shorter time steps, which have a middle, or a smaller learning rate"
+           : first           ? "normalised states"
+                             : "a smaller learning rate";
+}
+
 /* The error of an evaluation; the next one begins without. */
 static enum ad_status take_failure(hnn_trainer *t, struct ad_error *error)
 {
     struct ad_error failed = t->failed;
     t->failed = (struct ad_error){0};
     if (failed.status == AD_E_NONFINITE)
-        ad_fail(error, failed.status, "%s at step %zu; try a smaller learning rate", failed.message,
-                t->step);
+        ad_fail(error, failed.status, "%s at step %zu; try %s", failed.message, t->step, remedy(t));
     else if (failed.status != AD_OK)
         ad_fail(error, failed.status, "%s", failed.message);
     return error->status;
@@ -309,8 +320,8 @@ static enum ad_status take_step(hnn_trainer *t, struct ad_error *error)
     if (take_failure(t, error) != AD_OK)
         return error->status;
     if (!isfinite(loss))
-        return ad_fail(error, AD_E_NONFINITE,
-                       "the loss is not finite at step %zu; try a smaller learning rate", t->step);
+        return ad_fail(error, AD_E_NONFINITE, "the loss is not finite at step %zu; try %s", t->step,
+                       remedy(t));
     if (t->average)
         hnn_average_step(t);
     return AD_OK;

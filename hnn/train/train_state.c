@@ -137,14 +137,26 @@ struct reading {
 
 static bool failed(const struct reading *r) { return r->error->status != AD_OK; }
 
-/* The start of the first word that differs; settings are NAME=VALUE separated by blanks. */
+/* The blank before the first word that differs, or its end where one text goes on; settings are
+   NAME=VALUE separated by blanks. */
 static size_t difference(const char *a, const char *b)
 {
-    size_t word = 0;
-    for (size_t i = 0; a[i] && a[i] == b[i]; i++)
+    size_t word = 0, i = 0;
+    for (; a[i] && a[i] == b[i]; i++)
         if (a[i] == ' ')
-            word = i + 1;
-    return word;
+            word = i;
+    return (a[i] == '\0' && b[i] == ' ') || (b[i] == '\0' && a[i] == ' ') ? i : word;
+}
+
+/* The word at a blank, `*length` characters of it. */
+static const char *word_at(const char *text, int *length)
+{
+    text += *text == ' ';
+    *length = (int)strcspn(text, " ");
+    if (*length)
+        return text;
+    *length = (int)strlen("nothing");
+    return "nothing";
 }
 
 static void expect_text(const struct reading *r, const char *attribute, const char *expected,
@@ -153,12 +165,14 @@ static void expect_text(const struct reading *r, const char *attribute, const ch
     char *text = NULL;
     if (!failed(r) && phys_hdf5_get_text(r->file, folder, attribute, &text, r->error) == AD_OK &&
         strcmp(text, expected) != 0) {
-        const char *there = text + difference(text, expected);
-        const char *now = expected + difference(text, expected);
+        size_t at = difference(text, expected);
+        int length[2];
+        const char *there = word_at(text + at, &length[0]);
+        const char *now = word_at(expected + at, &length[1]);
         ad_fail(r->error, AD_E_INPUT,
                 "%s: %s: %.*s there, %.*s now; expected the same, or another "
                 "file",
-                r->name, what, (int)strcspn(there, " "), there, (int)strcspn(now, " "), now);
+                r->name, what, length[0], there, length[1], now);
     }
     free(text);
 }

@@ -7,6 +7,7 @@
 #include "hnn/train/train.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 struct half {
     size_t at; /* step after which the run is cut */
@@ -126,6 +127,43 @@ static void test_damaged_history(void **state)
     small_samples_free(&train);
 }
 
+/* A setting that one of them has as the last word is the one that is named. */
+static void test_other_settings(void **state)
+{
+    (void)state;
+    static const struct {
+        double clip[2], rate[2]; /* saved, resumed */
+        const char *says;
+    } wrong[] = {
+        {{0, 2}, {1e-3, 1e-3}, "nothing there, clip=2 now"},
+        {{2, 0}, {1e-3, 1e-3}, "clip=2 there, nothing now"},
+        {{2, 0}, {0.5, 0.25}, "learning_rate=0.5 there, learning_rate=0.25 now"},
+        {{2, 3}, {0.5, 0.5}, "clip=2 there, clip=3 now"},
+    };
+    struct hnn_samples train = small_pendulum(1, 10, 0);
+    struct hnn_settings s = small_settings(&small_kinds[0], 1, 3);
+    struct path file = files_temporary("other.h5");
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++)
+        for (int now = 0; now < 2; now++) {
+            struct hnn_training training = hnn_training_defaults();
+            struct ad_error error = {0};
+            training.steps = 1;
+            training.clip = wrong[k].clip[now];
+            training.learning_rate = wrong[k].rate[now];
+            hnn_model *model = small_model(&s);
+            hnn_trainer *trainer = small_trainer(model, &training, &train, &small_none);
+            if (now) {
+                assert_int_equal(hnn_trainer_resume(trainer, file.text, &error), AD_E_INPUT);
+                assert_non_null(strstr(error.message, wrong[k].says));
+            } else {
+                assert_int_equal(hnn_trainer_save(trainer, file.text, "x", &error), AD_OK);
+            }
+            hnn_trainer_free(trainer);
+            hnn_model_free(model);
+        }
+    small_samples_free(&train);
+}
+
 static void test_patience(void **state)
 {
     (void)state;
@@ -210,9 +248,10 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_resume),   cmocka_unit_test(test_resume_with_patience),
-        cmocka_unit_test(test_patience), cmocka_unit_test(test_not_finite),
-        cmocka_unit_test(test_refusals), cmocka_unit_test(test_damaged_history),
+        cmocka_unit_test(test_resume),          cmocka_unit_test(test_resume_with_patience),
+        cmocka_unit_test(test_other_settings),  cmocka_unit_test(test_patience),
+        cmocka_unit_test(test_not_finite),      cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_damaged_history),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

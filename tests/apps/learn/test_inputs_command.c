@@ -41,15 +41,15 @@ static void who_gives(void **state)
     double t, from_truth[2], q, p;
     assert_int_equal(sscanf(shell_out(), "%lf,%lf,%lf", &t, from_truth, from_truth + 1), 3);
     assert_close(t, 1.45, 1e-12, 0);
-    static const char *const how[] = {"--inputs d.csv", "--inputs d.csv --fix g=1",
-                                      "--interpolation hold --inputs d.csv",
-                                      "--inputs d.csv --fix g=2"};
-    for (int k = 0; k < 4; k++) {
+    static const char *const how[] = {
+        "--inputs d.csv", "--inputs d.csv --fix g=1", "--inputs d.csv --fix g=2 --fix g=1",
+        "--interpolation hold --inputs d.csv", "--inputs d.csv --fix g=2"};
+    for (int k = 0; k < 5; k++) {
         shell_works("$LA rollout m.h5 --x0 1,0 --time 1.45 --points 2 %s --csv b.csv --quiet",
                     how[k]);
         shell_works("tail -1 b.csv");
         assert_int_equal(sscanf(shell_out(), "%lf,%lf,%lf", &t, &q, &p), 3);
-        if (k < 2)
+        if (k < 3)
             assert_close(p, from_truth[1], 1e-6, 0);
         else
             assert_true(fabs(p - from_truth[1]) > 1e-4);
@@ -84,6 +84,10 @@ static void what_is_refused(void **state)
     refused("rollout m.h5 --x0 1,0 --time 1 --inputs all.csv", "increase");
     refused("rollout m.h5 --x0 1,0 --time 1 --inputs d.csv --fix h=1", "h");
     refused("rollout m.h5 --x0 1,0 --time 1 --inputs d.csv --fix t=1", "t");
+    refused("rollout m.h5 --x0 1,0 --time 1 --fix g=nan", "--fix g=nan");
+    refused("rollout m.h5 --x0 1,0 --time 1 --fix g=1 --fix u=0 --inputs d.csv", "--inputs --fix");
+    refused("rollout m.h5 --x0 1,0 --time 1 --fix g=1 --fix u=0 --interpolation hold",
+            "--interpolation --fix");
     refused("rollout m.h5 --x0 1,0 --time 1 --inputs d.csv --interpolation cubic", "linear hold");
     refused("rollout m.h5 --x0 1,0 --time 1 --inputs d.csv --add-energy 1 --at 0.5",
             "--add-energy");

@@ -48,6 +48,11 @@ static void what_is_refused(void **state)
     refused("rollout s.h5 --x0 1,0 --integrator rk4 --dt 0.1", "s.h5 --integrator");
     refused("rollout s.h5 --x0 1,0 --add-energy 1 --at 3", "s.h5 --add-energy");
     refused("rollout s.h5 --x0 1,0 --time 3 --points 40", "s.h5 whole steps");
+    refused("rollout s.h5 --x0 1,0 --time 0.06", "--time 0.06 step");
+    shell_works("$LA rollout s.h5 --x0 1,0 --time 0.07 --json");
+    assert_true(shell_number("points") == 2);
+    refused("train p.csv --model sympnet --state q,p --time t --rollout 2 --field both",
+            "--field pixel-hnn");
     refused("train p.csv --model sympnet --state q,p --time t", "sympnet rollouts");
     refused("train p.csv --model sympnet --state q,p --time t --rollout 2 --stepping midpoint",
             "sympnet stepping");

@@ -92,6 +92,8 @@ static void test_no_solution(void **state)
     hnn_trainer *trainer = small_trainer(model, &training, &samples, &small_none);
     struct ad_error error = {0};
     assert_int_equal(hnn_trainer_run(trainer, NULL, &error), AD_E_NONFINITE);
+    assert_mentions(error.message, "shorter time steps");
+    assert_null(strstr(error.message, "rate"));
     hnn_trainer_free(trainer);
     hnn_model_free(model);
 }
