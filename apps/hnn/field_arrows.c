@@ -28,8 +28,9 @@ static double length(const struct field_plane *plane, const double *rate)
 enum ad_status field_arrows(hnn_model *model, const struct field_plane *plane, size_t n, FILE *out,
                             struct ad_error *error)
 {
-    size_t states = 2 * hnn_model_settings(model)->dof;
-    double *rate = malloc((n * n + 1) * states * sizeof *rate), longest = 0;
+    const struct hnn_settings *s = hnn_model_settings(model);
+    size_t states = 2 * s->dof, rows = states + s->inputs;
+    double *rate = malloc((n * n * states + rows) * sizeof *rate), longest = 0;
     if (!rate)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     double *state = rate + n * n * states;
@@ -37,7 +38,7 @@ enum ad_status field_arrows(hnn_model *model, const struct field_plane *plane, s
     inside.x = range_with_margins(plane->x, -0.5 / (double)n, -0.5 / (double)n);
     inside.y = range_with_margins(plane->y, -0.5 / (double)n, -0.5 / (double)n);
     for (size_t k = 0; k < n * n && error->status == AD_OK; k++) {
-        field_state(&inside, states, n, k % n, k / n, state);
+        field_state(&inside, rows, n, k % n, k / n, state);
         if (hnn_model_field(model, state, rate + k * states) != AD_OK)
             ad_fail(error, AD_E_MEMORY, "out of memory");
         longest = fmax(longest, length(plane, rate + k * states));
@@ -45,7 +46,7 @@ enum ad_status field_arrows(hnn_model *model, const struct field_plane *plane, s
     double scale = longest > 0 ? 0.95 / (double)n / longest : 0;
     for (size_t k = 0; k < n * n && error->status == AD_OK; k++) {
         const double *r = rate + k * states;
-        field_state(&inside, states, n, k % n, k / n, state);
+        field_state(&inside, rows, n, k % n, k / n, state);
         fprintf(out, "%.6g %.6g %.6g %.6g %.6g\n", state[plane->across], state[plane->up],
                 scale * r[plane->across], scale * r[plane->up],
                 hypot(r[plane->across], r[plane->up]));

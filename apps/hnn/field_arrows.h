@@ -6,7 +6,7 @@
 #include "hnn/hnn.h"
 
 /* Where a field is looked at: components `across` and `up` of the state vary over their ranges, the
-   others are those of `at` [2 dof]. */
+   others, and inputs, are those of `at` [2 dof + inputs]. */
 struct field_plane {
     size_t across, up;
     struct range x, y;

@@ -97,6 +97,15 @@ static void draw_motion(struct figure *figure, const struct rollout_run *run, en
 
 /* ---- panels ---- */
 
+/* A field that is the same all the time, in the plane of the motion. */
+static bool has_arrows(const struct rollout_run *run, size_t k)
+{
+    const struct rollout_model *m = &run->model[k];
+    const struct hnn_settings *s = hnn_model_settings(m->model);
+    return view_of(run) == PHASE_PLANE && s->kind != HNN_SYMPNET &&
+           (!s->inputs || (!s->time && hnn_inputs_constant(&m->inputs, s->inputs)));
+}
+
 static void motion_panel(struct figure *figure, const struct rollout_run *run,
                          const struct rollout_curve *curve, size_t n, size_t model)
 {
@@ -114,11 +123,14 @@ static void motion_panel(struct figure *figure, const struct rollout_run *run,
             (struct axis){view == ORBITS ? "y" : "p", unit, span(curve, n, half, 2 * half), 0};
     }
     figure_panel(figure, &panel);
-    if (view == PHASE_PLANE)
+    size_t index = 0;
+    for (size_t k = 0; k <= model; k++)
+        index += has_arrows(run, k);
+    if (has_arrows(run, model))
         figure_element(figure,
                        "data index %zu using 1:2:3:4 with vectors head size screen 0.005,20 filled "
                        "lw 0.8 lc rgb '#b8c4d0' notitle",
-                       model + 1);
+                       index);
     if (run->truth.n)
         draw_motion(figure, run, view, n - 1, truth_colour, 3.5, "truth");
     draw_motion(figure, run, view, model, colour[model], 1.3, name);
@@ -159,11 +171,17 @@ static void name_found(const struct rollout_run *run, struct line *line)
 static enum ad_status write_arrows(const struct rollout_run *run, const struct rollout_curve *curve,
                                    size_t n, FILE *out, struct ad_error *error)
 {
-    struct field_plane plane = {0, 1, span(curve, n, 0, 1), span(curve, n, 1, 2), run->x0};
-    for (size_t k = 0; k < run->n_models && view_of(run) == PHASE_PLANE; k++) {
+    double at[2 + HNN_INPUTS_MOST] = {run->x0[0], run->x0[1]};
+    struct field_plane plane = {0, 1, span(curve, n, 0, 1), span(curve, n, 1, 2), at};
+    for (size_t k = 0; k < run->n_models && error->status == AD_OK; k++) {
+        hnn_model *model = run->model[k].model;
+        if (!has_arrows(run, k))
+            continue;
         fputs("\n\n# arrows: from, along\n", out);
-        if (field_arrows(run->model[k].model, &plane, ARROWS, out, error) != AD_OK)
-            break;
+        if (hnn_model_settings(model)->inputs)
+            hnn_model_inputs(model, run->t[0], at + 2, error);
+        if (error->status == AD_OK)
+            field_arrows(model, &plane, ARROWS, out, error);
     }
     return error->status;
 }

@@ -122,8 +122,8 @@ void hnn_to_double(enum ad_type type, size_t n, const void *from, double *to);
 void hnn_from_double(enum ad_type type, size_t n, const double *from, void *to);
 
 /* What hnn_model_see does, in two parts: from all states x [2n + m x n], behind which are the m
-   inputs after each of `steps`, and from H at some of them, of any type, with the present parameters
-   (range.c). */
+   inputs after each of `steps`, and from H at some of them, of any type, with the present
+   parameters (range.c). */
 enum { HNN_RANGE_ENERGIES = 4096 }; /* most states at which H is evaluated */
 enum ad_status hnn_range_states(hnn_model *model, size_t n, size_t steps, const double *x,
                                 struct ad_error *error);

@@ -64,6 +64,21 @@ static void who_gives(void **state)
     assert_true(shell_number("conserved_drift") < 1e-6);
 }
 
+/* The field in a picture is that of the parameters; one that changes is not drawn. */
+static void pictures(void **state)
+{
+    (void)state;
+    shell_works("$LA train all.csv --state q,p --time t --inputs g --hidden 6 --steps 20 --out "
+                "g.h5 --quiet");
+    static const char *const how[] = {"g.h5 --fix g=1", "g.h5 --inputs d.csv", "g.h5 --fix g=2",
+                                      "m.h5 --inputs d.csv"};
+    for (int k = 0; k < 4; k++)
+        shell_works("PATH=/none $LA rollout %s --x0 1,0 --time 1.4 --quiet --plot %d.svg", how[k],
+                    k);
+    shell_works("for k in 0 1 2; do sed '1,/arrows/d' $k.svg.dat >$k; done; test -s 0; cmp 0 1; "
+                "! cmp -s 0 2; ! grep arrows 3.svg.dat");
+}
+
 /* Parameters of an lnn are constant, its controls need not be. */
 static void lagrangian(void **state)
 {
@@ -111,6 +126,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(who_gives, setup),
+        cmocka_unit_test_setup(pictures, setup),
         cmocka_unit_test_setup(lagrangian, setup),
         cmocka_unit_test_setup(what_is_refused, setup),
     };

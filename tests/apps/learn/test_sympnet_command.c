@@ -31,6 +31,9 @@ static void better_than_a_baseline(void **state)
     assert_true(shell_number("points") == 45 && shell_number("evaluations") == 44);
     shell_works("$LA convert s.h5 --out s.safetensors; $LA convert s.safetensors --out n.h5; "
                 "$LA rollout n.h5 --x0 1,0 --time 3 --csv b.csv --quiet; cmp a.csv b.csv");
+    shell_works(
+        "PATH=/none $LA rollout s.h5 --against b.h5 --x0 1,0 --time 3 --plot a.svg --quiet; "
+        "test $(grep -c arrows a.svg.dat) = 1; grep 'index 1.*vectors' a.svg.gp");
 }
 
 static void refused(const char *command, const char *says)
