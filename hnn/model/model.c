@@ -292,8 +292,11 @@ enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const
         if (!isfinite(centre[k]) || !(scale[k] > 0) || !isfinite(scale[k]) ||
             (k < states && !(rate[k] > 0 && isfinite(rate[k]))))
             return ad_fail(error, AD_E_ARGUMENT,
-                           "component %zu of the state cannot be normalised: it does not vary",
-                           k + 1);
+                           "%s %zu cannot be normalised: expected a finite deviation above 0, "
+                           "got %g",
+                           k < states ? "state component" : "input",
+                           k < states ? k + 1 : k - states + 1,
+                           k < states && scale[k] > 0 ? rate[k] : scale[k]);
     double *all = malloc(3 * bytes);
     if (!all)
         return ad_fail(error, AD_E_MEMORY, "out of memory");

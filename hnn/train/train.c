@@ -233,12 +233,9 @@ enum ad_status hnn_history_add(hnn_trainer *t, const struct hnn_row *row, struct
 /* What to try where a number is not finite. The learning rate has no part in the first loss. */
 static const char *remedy(const hnn_trainer *t)
 {
-    bool midpoint = t->settings.rollout && t->settings.stepping == HNN_MIDPOINT,
-         first = t->step <= 1;
-    return midpoint && first ? "shorter time steps, which have a middle, or runge-kutta"
-           : midpoint        ? "shorter time steps, which have a middle, or a smaller learning rate"
-           : first           ? "normalised states"
-                             : "a smaller learning rate";
+    if (t->settings.rollout && t->settings.stepping == HNN_MIDPOINT)
+        return "shorter time steps, for which the midpoint rule has a solution, or runge-kutta";
+    return t->step <= 1 ? "normalised states" : "a smaller learning rate";
 }
 
 /* The error of an evaluation; the next one begins without. */

@@ -424,6 +424,14 @@ static void test_data(void **state)
 static void test_settings(void **state)
 {
     (void)state;
+    struct hnn_settings timed = with_inputs(1);
+    hnn_model *flat = small_model(&timed);
+    struct ad_error refused = {0};
+    assert_int_equal(hnn_model_normalise(flat, (double[ROWS]){0}, (double[]){1, 1, 1, 0, 1},
+                                         (double[]){1, 1}, &refused),
+                     AD_E_ARGUMENT);
+    assert_mentions(refused.message, "input 2 0");
+    hnn_model_free(flat);
     static const struct {
         enum hnn_kind kind;
         size_t inputs, controls, pixels;
