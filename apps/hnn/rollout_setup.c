@@ -81,14 +81,16 @@ double rollout_map_step(const struct rollout_model *m)
 static enum ad_status check_maps(const struct rollout_run *run, struct ad_error *error)
 {
     const struct rollout_options *o = run->options;
+    bool own = isnan(o->rtol) && isnan(o->dt) && !o->integrator, all = true;
+    for (size_t k = 0; k < run->n_models; k++)
+        all = all && rollout_map_step(&run->model[k]) != 0;
     for (size_t k = 0; k < run->n_models; k++) {
         const char *file = run->model[k].file;
         double step = rollout_map_step(&run->model[k]);
-        if (step != 0 && (o->starts != OPTION_NO_COUNT || !isnan(o->add_energy) ||
-                          ((o->integrator || !isnan(o->rtol)) && run->n_models == 1)))
+        if (step != 0 && (o->starts != OPTION_NO_COUNT || !isnan(o->add_energy) || (all && !own)))
             return ad_fail(error, AD_E_ARGUMENT,
                            "%s: a sympnet goes by its own steps: expected no --starts, "
-                           "--add-energy, --integrator or --rtol",
+                           "--add-energy, --integrator, --dt or --rtol",
                            file);
         if (isnan(step))
             return ad_fail(error, AD_E_INPUT, "%s: a sympnet without the note 'step', its length",
@@ -343,11 +345,10 @@ enum ad_status rollout_setup(const struct rollout_options *options, hnn_model *m
     *run = (struct rollout_run){.options = options};
     if (rollout_add_model(run->model, &run->n_models, options->common.argument[0], model, error) !=
             AD_OK ||
-        check_options(options, error) != AD_OK ||
-        rollout_steps(options, &run->settings, error) != AD_OK ||
         (options->against &&
          rollout_add_model(run->model, &run->n_models, options->against, NULL, error) != AD_OK) ||
-        check_maps(run, error) != AD_OK || find_truth(run, error) != AD_OK ||
+        check_maps(run, error) != AD_OK || check_options(options, error) != AD_OK ||
+        rollout_steps(options, &run->settings, error) != AD_OK || find_truth(run, error) != AD_OK ||
         choose_outputs(run, error) != AD_OK)
         return error->status;
     if (in_velocities(run) && in_momenta(run))

@@ -49,6 +49,9 @@ static void what_is_refused(void **state)
     shell_works(TRAIN "--model sympnet --layers 2 --hidden 4 --steps 2 --out s.h5");
     refused("rollout s.h5 --truth pendulum --starts 3", "s.h5 --starts");
     refused("rollout s.h5 --x0 1,0 --integrator rk4 --dt 0.1", "s.h5 --integrator");
+    refused("rollout s.h5 --x0 1,0 --integrator rk4", "s.h5 --integrator");
+    refused("rollout s.h5 --x0 1,0 --dt 0.1", "s.h5 --dt");
+    refused("rollout s.h5 --against s.h5 --x0 1,0 --integrator rk4 --dt 0.1", "s.h5 --integrator");
     refused("rollout s.h5 --x0 1,0 --add-energy 1 --at 3", "s.h5 --add-energy");
     refused("rollout s.h5 --x0 1,0 --time 3 --points 40", "s.h5 whole steps");
     refused("rollout s.h5 --x0 1,0 --time 0.06", "--time 0.06 step");
