@@ -148,25 +148,30 @@ static enum ad_status contents(phys_hdf5 *file, const struct options *options, F
 
 /* ---- one dataset ---- */
 
+enum { AT_ONCE = 1 << 15 }; /* numbers read at once, if a record has not more */
+
 /* Rows of the last dimension (one number a row where there is only one); with three dimensions and
    more, the indices of the others come first. */
 struct table {
     const struct phys_hdf5_item *item;
     size_t rows, columns; /* of one record */
-    double *record;
+    size_t many;          /* records read at once */
+    double *records;
 };
 
-static void print_row(FILE *out, const struct table *table, size_t record, size_t row,
-                      const char *separator, int digits)
+static void print_record(FILE *out, const struct table *table, size_t record, const double *values,
+                         const char *separator, int digits)
 {
-    if (table->item->rank > 2)
-        fprintf(out, "%zu%s%zu%s", record, separator, row, separator);
-    for (size_t k = 0; k < table->columns; k++)
-        fprintf(out, "%s%.*g", k ? separator : "", digits, table->record[row * table->columns + k]);
-    fputc('\n', out);
+    for (size_t row = 0; row < table->rows; row++) {
+        if (table->item->rank > 2)
+            fprintf(out, "%zu%s%zu%s", record, separator, row, separator);
+        for (size_t k = 0; k < table->columns; k++)
+            fprintf(out, "%s%.*g", k ? separator : "", digits, *values++);
+        fputc('\n', out);
+    }
 }
 
-static void json_record(struct json *json, const struct table *table)
+static void json_record(struct json *json, const struct table *table, const double *values)
 {
     if (table->item->rank > 1)
         json_array(json, NULL);
@@ -174,7 +179,7 @@ static void json_record(struct json *json, const struct table *table)
         if (table->item->rank > 2)
             json_array(json, NULL);
         for (size_t k = 0; k < table->columns; k++)
-            json_number(json, NULL, table->record[row * table->columns + k]);
+            json_number(json, NULL, *values++);
         if (table->item->rank > 2)
             json_end_array(json);
     }
@@ -182,21 +187,25 @@ static void json_record(struct json *json, const struct table *table)
         json_end_array(json);
 }
 
-/* Record by record, so that a long history needs the memory of one. */
+/* Some records at a time, so that a long history needs the memory of these. */
 static enum ad_status print_records(phys_hdf5 *file, const struct options *options,
                                     const struct table *table, FILE *csv, struct json *json,
                                     struct ad_error *error)
 {
-    for (size_t record = 0; record < table->item->dims[0]; record++) {
-        if (phys_hdf5_read(file, options->dataset, record, 1, table->record, error) != AD_OK)
+    const size_t all = table->item->dims[0];
+    for (size_t record = 0; record < all; record++) {
+        size_t at = record % table->many,
+               n = all - record < table->many ? all - record : table->many;
+        const double *values = table->records + at * table->rows * table->columns;
+        if (at == 0 &&
+            phys_hdf5_read(file, options->dataset, record, n, table->records, error) != AD_OK)
             return error->status;
         if (json)
-            json_record(json, table);
-        for (size_t row = 0; row < table->rows && (csv || !json); row++)
-            if (csv)
-                print_row(csv, table, record, row, ",", 17);
-            else
-                print_row(stdout, table, record, row, "  ", 10);
+            json_record(json, table, values);
+        if (csv)
+            print_record(csv, table, record, values, ",", 17);
+        else if (!json)
+            print_record(stdout, table, record, values, "  ", 10);
     }
     return AD_OK;
 }
@@ -236,11 +245,13 @@ static enum ad_status dataset(phys_hdf5 *file, const struct options *options, FI
     if (table.columns && table.rows > SIZE_MAX / sizeof(double) / table.columns)
         return ad_fail(error, AD_E_INPUT, "%s: '%s' is too large", options->common.argument[0],
                        options->dataset);
-    table.record = malloc(table.rows * table.columns * sizeof(double) + 1);
-    if (!table.record)
+    const size_t record = table.rows * table.columns;
+    table.many = record && record < AT_ONCE ? AT_ONCE / record : 1;
+    table.records = malloc(table.many * record * sizeof(double) + 1);
+    if (!table.records)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     print_dataset(file, options, &table, csv, error);
-    free(table.record);
+    free(table.records);
     return error->status;
 }
 

@@ -31,6 +31,16 @@ static void test_dump(void **state)
     assert_mentions(shell_err(), "'pth'");
 }
 
+/* More numbers than are read at once. */
+static void test_dump_of_many(void **state)
+{
+    (void)state;
+    shell_works("$LA simulate kepler --time 1 --samples 40000 --no-reference --quiet --out k.h5 "
+                "--csv k.csv");
+    shell_works("$LA dump k.h5 --dataset time --csv time.csv");
+    shell_works("tail -n +2 k.csv | cut -d, -f1 | cmp - time.csv");
+}
+
 /* E5: a file that leads to another one is refused, and nothing of that one is said or written. */
 static void test_dump_of_links(void **state)
 {
@@ -117,6 +127,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_dump, shell_empty),
+        cmocka_unit_test_teardown(test_dump_of_many, shell_empty),
         cmocka_unit_test_teardown(test_dump_of_links, shell_empty),
         cmocka_unit_test_teardown(test_crash_of_hdf5, shell_empty),
     };
