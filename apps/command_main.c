@@ -67,6 +67,12 @@ static bool has_many_runs(const struct common *common)
     return common->scan.n || common->sweep.n || common->seeds;
 }
 
+static int refuse_curves(struct ad_error *error)
+{
+    ad_fail(error, AD_E_ARGUMENT, "--curves needs --scan, --sweep or --seeds, runs to show");
+    return command_status(error);
+}
+
 /* Ranks above 0 compute, and leave words to rank 0. All are of one version, with one command line,
    on processors that round alike. */
 static enum ad_status set_ranks(const struct command *command, struct ad_ranks *ranks,
@@ -98,7 +104,8 @@ static int perform(const struct command *command, struct ad_ranks *ranks, struct
         puts("leastaction " LEASTACTION_VERSION);
     else if (set_ranks(command, ranks, common, error) == AD_OK)
         return has_many_runs(common) ? scan_run(command, common, error)
-                                     : command->run(common, error);
+               : !common->curves     ? command->run(common, error)
+                                     : refuse_curves(error);
     return command_status(error);
 }
 

@@ -154,6 +154,7 @@ static void misuse_is_refused(void **state)
          "'events.1-9.t' are 9 numbers, of which the results have"},
         {"--scan l=1:2:3 --curves nothing", "--curves: no number 'nothing'"},
         {"--scan l=-2:-1:2 --time -1", "--time"},
+        {"--curves energy", "--curves needs --scan, --sweep or --seeds"},
     };
     (void)state;
     for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
