@@ -54,7 +54,8 @@ struct simulate_run {
     double *exponents, *change;    /* [options->lyapunov]; NULL: none */
     struct phys_periodic periodic; /* period NaN, or 0: not asked for */
     struct phys_family family;     /* of which that is the last, or n 0 */
-    char along[64];                /* what it is followed in */
+    char along[64];                /* what it is followed in, */
+    double to;                     /* and until where */
     double *sensitivity;           /* [2][2 dof][2 dof] the matrix, its uncertainty; NULL: none */
     size_t n_by; /* parameters with derivatives; the matrix [2][2 dof][n_by], or NULL */
     const char *by[SIMULATE_PARAMETERS];
@@ -111,7 +112,10 @@ enum ad_status simulate_periodic(struct simulate_run *run, struct ad_error *erro
 void simulate_periodic_free(struct simulate_run *run);
 void simulate_report_periodic(const struct simulate_run *run, struct report *report);
 
-/* --continue (simulate_family.c): follows the family from x, period; AD_E_ACCURACY where it does
+/* --continue (simulate_family.c): reads NAME=TO or NAME=FROM:TO, which sets the parameter to FROM
+   before there is a start. */
+enum ad_status simulate_family_read(struct simulate_run *run, struct ad_error *error);
+/* Follows the family from x, period; AD_E_ACCURACY where it does
    not lead to the value asked for; what is written. The CSV has a row a motion. */
 enum ad_status simulate_family(struct simulate_run *run, const double *x, double period,
                                struct ad_error *error);

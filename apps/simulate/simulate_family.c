@@ -11,13 +11,13 @@
 static const char *const kinds[] = {"",      "fold",    "branch", "doubling",
                                     "torus", "halving", "rest",   "change"};
 
-/* NAME=TO or NAME=FROM:TO, which sets the parameter to FROM. */
-static enum ad_status read_follow(struct simulate_run *run, double *to, struct ad_error *error)
+enum ad_status simulate_family_read(struct simulate_run *run, struct ad_error *error)
 {
+    const size_t dof = run->system.dof;
     const char *text = run->options->follow, *is = strchr(text, '=');
     const size_t length = is ? (size_t)(is - text) : 0;
     double from;
-    if (options_range(text, run->along, sizeof run->along, &from, to)) {
+    if (options_range(text, run->along, sizeof run->along, &from, &run->to)) {
         if (strcmp(run->along, "energy") == 0 || strcmp(run->along, "period") == 0)
             return ad_fail(error, AD_E_ARGUMENT,
                            "--continue: the %s begins at that of the motion found; expected %s=TO",
@@ -28,9 +28,13 @@ static enum ad_status read_follow(struct simulate_run *run, double *to, struct a
                 return ad_fail(error, AD_E_ARGUMENT,
                                "--continue does not go with --set %s: it sets that parameter",
                                run->along);
-        return phys_system_set(&run->system, run->along, from, error);
+        return phys_system_set(&run->system, run->along, from, error) != AD_OK ||
+                       run->system.dof == dof
+                   ? error->status
+                   : ad_fail(error, AD_E_ARGUMENT,
+                             "--continue %s: it changes the number of coordinates", run->along);
     }
-    if (length == 0 || length >= sizeof run->along || !options_number(is + 1, to))
+    if (length == 0 || length >= sizeof run->along || !options_number(is + 1, &run->to))
         return ad_fail(error, AD_E_ARGUMENT,
                        "--continue: expected energy=TO, period=TO or PARAMETER=FROM:TO, as in "
                        "mu=0.01:0.5, got '%s'",
@@ -64,10 +68,11 @@ enum ad_status simulate_family(struct simulate_run *run, const double *x, double
                                        .x = x,
                                        .period = period,
                                        .along = run->along,
+                                       .to = run->to,
                                        .proceed = run->settings.proceed};
     struct phys_family *family = &run->family;
     struct ad_error cause = {0};
-    if (read_follow(run, &how.to, error) != AD_OK || read_hold(run, &how.hold, error) != AD_OK)
+    if (read_hold(run, &how.hold, error) != AD_OK)
         return error->status;
     if (phys_family_follow(&run->system, &how, family, &cause) != AD_OK)
         return simulate_refuse("--continue: ", &cause, error);

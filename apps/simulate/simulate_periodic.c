@@ -94,6 +94,8 @@ enum ad_status simulate_periodic(struct simulate_run *run, struct ad_error *erro
     double period;
     if (isnan(o->periodic) && !of_mode)
         return AD_OK;
+    if (o->follow && simulate_family_read(run, error) != AD_OK)
+        return error->status;
     if (!(run->start = calloc(2 * dof, sizeof *run->start)))
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (begin(run, run->start, &period, &cause) != AD_OK)

@@ -65,6 +65,9 @@ static void a_family_begins_with_a_mode(void **state)
                            "--csv f.csv --out f.h5 --plot f.svg --quiet"),
                      1);
     assert_mentions(shell_err(), "energy not reached rest");
+    shell_works("$LA simulate cr3bp --mode 3 --continue mu=.3:.29 --hold energy --no-reference");
+    assert_int_equal(shell("$LA simulate sine-gordon --periodic 12 --continue sites=99:98"), 2);
+    assert_mentions(shell_err(), "changes number of coordinates");
     assert_int_equal(shell("$LA simulate pendulum --set l=1 --periodic 6.3 --continue l=1.1:1.2 "
                            "--hold energy"),
                      2);
