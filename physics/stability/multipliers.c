@@ -43,14 +43,15 @@ static int by_modulus(const void *a, const void *b)
 
 static enum phys_periodic_kind judge(const struct phys_periodic *found, bool timeless)
 {
-    size_t inside = 0, vague = 0;
+    size_t inside = 0;
+    bool vague = false;
     for (size_t k = 0; k < found->n; k++) {
         const struct phys_multiplier *m = &found->multiplier[k];
         const double off = hypot(m->re, m->im) - 1;
         if (off > known * m->uncertainty)
             return PHYS_PERIODIC_UNSTABLE;
         inside += off < -known * m->uncertainty;
-        vague += !(known * m->uncertainty < 1);
+        vague = vague || !(known * m->uncertainty < 1);
     }
     if (vague)
         return PHYS_PERIODIC_UNKNOWN;
