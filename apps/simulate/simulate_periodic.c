@@ -35,6 +35,9 @@ static enum ad_status oscillate(const struct simulate_run *run, double *x, doubl
     double size = 0;
     if (phys_equilibria_find(&run->system, &how, &found, error) == AD_OK && found.n == 0)
         ad_fail(error, AD_E_ACCURACY, "no equilibrium found from the scene's start");
+    if (error->status == AD_OK && found.one->n_modes == 0)
+        ad_fail(error, AD_E_ACCURACY,
+                "L has no second derivatives at the equilibrium near the start, and so no modes");
     if (error->status == AD_OK && k >= found.one->n_modes)
         ad_fail(error, AD_E_ARGUMENT, "expected at most %zu, got %zu", found.one->n_modes, k + 1);
     if (error->status == AD_OK) {

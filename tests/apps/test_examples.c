@@ -241,6 +241,8 @@ static void test_what_stays(void **state)
     assert_close(end[1], 1, 0, 1e-9);
     assert_close(end[2], 0.2, 0, 1e-9);
     build("spherical", "");
+    assert_int_equal(shell("$LA simulate ./spherical.so --mode 1 --continue energy=1"), 1);
+    assert_mentions(shell_err(), "no second derivatives");
     snprintf(options, sizeof options, "--set turn0=%.17g --tol 1e-12", sqrt(9.81 / cos(1)));
     end_of("spherical", options, end, 5);
     assert_close(end[1], 1, 0, 1e-9);
