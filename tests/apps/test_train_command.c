@@ -203,7 +203,7 @@ static void test_refusals(void **state)
     refused("pendulum.csv --plot /nonexistent/loss.svg", "/nonexistent/loss.svg");
     refused("pendulum.csv --skip-rows 1000000000000", "61 1000000000000");
     /* options that the training would not look at */
-    refused("pendulum.csv --model baseline --field both", "--field baseline");
+    refused("pendulum.csv --model baseline --field both", "--field hnn");
     refused("pendulum.csv --split random", "--split --test-fraction");
     refused("pendulum.csv --dt 1", "--dt --rollout");
     refused("pendulum.csv --rollout 2 --dt -1", "--dt -1");
