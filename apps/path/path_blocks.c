@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PIECE = 4096 }; /* slices sent at once */
+enum { PIECE = 1 << 18 }; /* numbers sent at once: 2 MiB, or a slice that is longer */
 
 bool path_by_blocks(const struct path_options *options)
 {
@@ -101,7 +101,8 @@ static enum ad_status each_piece(const struct path_run *run, take_slices *take, 
 {
     struct ad_ranks *ranks = run->options->common.ranks;
     const size_t dof = run->system.dof, me = rank_of(run), count = ranks ? ranks->count : 1;
-    double *piece = malloc(PIECE * dof * sizeof *piece);
+    const size_t most = dof < PIECE ? PIECE / dof : 1;
+    double *piece = malloc(most * dof * sizeof *piece);
     if (!piece)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     for (size_t rank = 0; rank < count && error->status == AD_OK; rank++) {
@@ -109,7 +110,7 @@ static enum ad_status each_piece(const struct path_run *run, take_slices *take, 
         phys_path_share(ranks, rank, run->settings.slices, &s, error);
         size_t slices = s.slices - (rank + 1 < count), n; /* the last is the next one's first */
         for (size_t i = 0; i < slices && error->status == AD_OK; i += n) {
-            n = slices - i < PIECE ? slices - i : PIECE;
+            n = slices - i < most ? slices - i : most;
             for (size_t k = 0; me == rank && k < n * dof; k++)
                 piece[k] = run->path[k % dof * s.slices + i + k / dof];
             if (me == 0 && rank > 0)
