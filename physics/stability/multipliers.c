@@ -109,7 +109,6 @@ const char *phys_periodic_word(enum phys_periodic_kind kind)
         [PHYS_PERIODIC_NEUTRAL] = "stable to first order: no multiplier is outside the unit circle",
         [PHYS_PERIODIC_ATTRACTING] = "attracting: multipliers are inside the unit circle",
         [PHYS_PERIODIC_UNSTABLE] = "unstable: a multiplier is outside the unit circle",
-        [PHYS_PERIODIC_UNKNOWN] = "stability unknown: multipliers are less certain than the radius "
-                                  "of the unit circle"};
+        [PHYS_PERIODIC_UNKNOWN] = "stability unknown: multipliers are uncertain by more than 1"};
     return kind < sizeof words / sizeof *words ? words[kind] : NULL;
 }
