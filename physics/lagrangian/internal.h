@@ -69,6 +69,11 @@ bool phys_motion_points_put(ad_points *points, size_t p, const struct phys_motio
 double *phys_motion_points_times(ad_points *points, const struct phys_motion_series *model);
 void phys_motion_points_end(const ad_points *points, const struct phys_motion_series *model,
                             double *lost);
+/* The solution a of M a = f [n x 1] on a tape, and D of M = L D L^T, which varies, of up to so many
+   coordinates; beyond, M is diagonal. constant: D is M, whose values the motion has. */
+enum { PHYS_ELIMINATED_MOST = 6 };
+ad_var phys_record_solution(phys_motion *motion, size_t n, bool constant, ad_var mass, ad_var force,
+                            ad_var *D);
 /* The unit matrix [n x n] as a constant: the seed of lanes. */
 ad_var phys_unit_matrix(ad_tape *tape, size_t n);
 /* L_vv [dof x dof] at q, v [dof x 1] and t, where p [dof x 1] is L_v; or the sums of its columns of

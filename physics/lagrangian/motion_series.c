@@ -17,8 +17,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Beyond, masses that vary are too many series; and their elimination is too many. */
-enum { COORDINATES_MOST = PHYS_MASS_FEW, ELIMINATED_MOST = 6 };
+/* Beyond, masses that vary are too many series. */
+enum { COORDINATES_MOST = PHYS_MASS_FEW };
 
 struct phys_motion_series {
     phys_motion *motion;
@@ -72,98 +72,6 @@ static enum ad_status series_of(const struct phys_motion_series *s, size_t n_y, 
     return AD_OK;
 }
 
-/* ---- accelerations as recorded ---- */
-
-static ad_var element(ad_var x, size_t i, size_t j)
-{
-    return ad_slice_cols(ad_slice_rows(x, i, 1), j, 1);
-}
-
-/* M^-1 f, with the constant diagonal M^-1. */
-static ad_var times_diagonal(const struct phys_motion_series *s, ad_var force)
-{
-    const size_t n = s->dof;
-    double *inverse = malloc(n * sizeof *inverse);
-    if (!inverse)
-        return ad_refuse(force.tape, AD_E_MEMORY, "out of memory");
-    for (size_t k = 0; k < n; k++)
-        inverse[k] = 1;
-    phys_motion_solve_constant(s->motion, inverse);
-    ad_var a = ad_mul(ad_const(force.tape, n, 1, inverse), force);
-    free(inverse);
-    return a;
-}
-
-/* M^-1 f, with the constant M^-1. */
-static ad_var times_inverse(const struct phys_motion_series *s, ad_var force)
-{
-    const size_t n = s->dof;
-    if (phys_motion_is_diagonal(s->motion))
-        return times_diagonal(s, force);
-    double *rows = calloc(n * n, sizeof *rows), *inverse = calloc(n * n, sizeof *inverse);
-    ad_var a;
-    for (size_t j = 0; rows && inverse && j < n; j++) {
-        rows[j * n + j] = 1;
-        phys_motion_solve_constant(s->motion, rows + j * n);
-    }
-    for (size_t k = 0; rows && inverse && k < n * n; k++)
-        inverse[k] = rows[k % n * n + k / n];
-    if (rows && inverse)
-        a = ad_matmul(ad_const(force.tape, n, n, inverse), false, force, false);
-    else
-        a = ad_refuse(force.tape, AD_E_MEMORY, "out of memory");
-    AD_FREE(rows, inverse);
-    return a;
-}
-
-/* The solution of M a = f by M = L D L^T, and D. */
-static ad_var eliminate(size_t n, ad_var mass, ad_var force, ad_var *D)
-{
-    ad_var M[ELIMINATED_MOST][ELIMINATED_MOST], a[ELIMINATED_MOST], d[ELIMINATED_MOST];
-    for (size_t i = 0; i < n; i++) {
-        a[i] = element(force, i, 0);
-        for (size_t j = 0; j <= i; j++)
-            M[i][j] = element(mass, i, j);
-    }
-    for (size_t k = 0; k < n; k++) {
-        d[k] = M[k][k];
-        for (size_t i = k + 1; i < n; i++) {
-            ad_var l = ad_div(M[i][k], d[k]);
-            a[i] = ad_sub(a[i], ad_mul(l, a[k]));
-            for (size_t j = k + 1; j <= i; j++)
-                M[i][j] = ad_sub(M[i][j], ad_mul(l, M[j][k]));
-            M[k][i] = l; /* above the diagonal */
-        }
-        a[k] = ad_div(a[k], d[k]);
-    }
-    for (size_t k = n; k-- > 0;)
-        for (size_t i = k + 1; i < n; i++)
-            a[k] = ad_sub(a[k], ad_mul(M[k][i], a[i]));
-    *D = ad_concat_rows(n, d);
-    return ad_concat_rows(n, a);
-}
-
-/* The same with a diagonal M, of any size. */
-static ad_var divide(size_t n, ad_var mass, ad_var force, ad_var *D)
-{
-    uint32_t *places = malloc(n * sizeof *places);
-    if (!places)
-        return ad_refuse(force.tape, AD_E_MEMORY, "out of memory");
-    for (size_t k = 0; k < n; k++)
-        places[k] = (uint32_t)(k * (n + 1));
-    *D = ad_gather_rows(ad_reshape(mass, n * n, 1), n, places);
-    free(places);
-    return ad_div(force, *D);
-}
-
-static ad_var accelerations(const struct phys_motion_series *s, const ad_var y[], ad_var *D)
-{
-    *D = y[MASS];
-    return s->constant_mass            ? times_inverse(s, y[FORCE])
-           : s->dof <= ELIMINATED_MOST ? eliminate(s->dof, y[MASS], y[FORCE], D)
-                                       : divide(s->dof, y[MASS], y[FORCE], D);
-}
-
 static enum ad_status record_flow(struct phys_motion_series *s, const ad_var x[], const ad_var y[],
                                   struct ad_error *error)
 {
@@ -171,7 +79,8 @@ static enum ad_status record_flow(struct phys_motion_series *s, const ad_var x[]
     ad_var *in = malloc((2 * n + 2) * sizeof *in);
     if (!in)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    ad_var *rate = in + n, *params = in + flow_time(s) + 1, D, a = accelerations(s, y, &D);
+    ad_var *rate = in + n, *params = in + flow_time(s) + 1, D,
+           a = phys_record_solution(s->motion, s->dof, s->constant_mass, y[MASS], y[FORCE], &D);
     const ad_var one = ad_scalar(x[T].tape, 1);
     double value;
     memcpy(in, x, 2 * sizeof *in);
@@ -228,7 +137,7 @@ static enum ad_status record(struct phys_motion_series *s, struct ad_error *erro
     s->constant_mass = phys_motion_recorded(s->motion, x, y);
     if (!s->constant_mass && s->dof > COORDINATES_MOST)
         return too_much(s, "masses that vary of more than 64 coordinates", error);
-    if (s->constant_mass || s->dof <= ELIMINATED_MOST ||
+    if (s->constant_mass || s->dof <= PHYS_ELIMINATED_MOST ||
         (s->columns && phys_motion_is_diagonal(s->motion)))
         return record_flow(s, x, y, error);
     if (s->columns)

@@ -1,5 +1,6 @@
 /* Inside of ensembles: columns (ensemble_columns.c), running members (ensemble_place.c,
-   ensemble_run.c), energies (ensemble_energy.c), statistics (ensemble_spread.c). */
+   ensemble_run.c), energies (ensemble_energy.c), errors (ensemble_errors.c), statistics
+   (ensemble_spread.c). */
 #ifndef PHYSICS_MOTION_ENSEMBLE_RUN_H
 #define PHYSICS_MOTION_ENSEMBLE_RUN_H
 
@@ -78,6 +79,9 @@ static inline bool phys_member_complete(const struct phys_member *m)
 /* The state of a member at its end, and when that is: at its last crossing, where one ended it.
    NULL: it is not complete, or has not come to a crossing that was to end it. */
 const double *phys_ensemble_end(const struct ensemble_task *task, size_t member, double *t);
+/* Counts members by what became of them; measures the first one and that of the largest error. */
+void phys_ensemble_count(const struct ensemble_task *task);
+void phys_ensemble_check(const struct ensemble_task *task, struct ad_error *error);
 enum ad_status phys_ensemble_spread(const struct ensemble_task *task, size_t threads,
                                     struct ad_error *error);
 
