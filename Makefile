@@ -264,10 +264,22 @@ leastaction: $(COMMAND)
 # Tests named test_alloc* replace these functions (tests/alloc.c).
 wrap_alloc = $(if $(findstring /test_alloc,$@),$(foreach f,malloc calloc realloc aligned_alloc strdup strndup free,-Wl,--wrap=$(f)))
 
+# test_failing_calls replaces those of the library that may fail (tests/contract/calls.h).
+CALLS = $(BUILD)/tests/contract/wrapped
+$(CALLS).c: tests/contract/calls.awk $(filter %.h,$(shell find autodiff physics hnn quantum apps -name '*.h'))
+	@mkdir -p $(@D)
+	$(Q)awk -f $^ > $@
+$(CALLS).o: $(CALLS).c $(BUILD)/flags
+	$(Q)$(compile)
+$(CALLS).ld: $(CALLS).c
+	$(Q)sed -n 's/.* __wrap_\(.*\)(.*);$$/-Wl,--wrap=\1/p' $< > $@
+$(BUILD)/tests/contract/test_failing_calls: $(CALLS).o $(CALLS).ld
+wrap_calls = $(if $(findstring failing_calls,$@),@$(CALLS).ld)
+
 # Tests link statically, so that they reach internals; exported names are for scenes loaded in tests.
 $(TESTS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/tests/helpers.a $(A)
 	$(call say,LD,$@)
-	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -rdynamic $(wrap_alloc) $(filter %.o,$^) $(BUILD)/tests/helpers.a \
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -rdynamic $(wrap_alloc) $(wrap_calls) $(filter %.o,$^) $(BUILD)/tests/helpers.a \
 	    $(filter %/apps.a,$^) $(A) $(LIBS) -lcmocka -o $@
 $(filter-out $(BUILD)/tests/autodiff/% $(BUILD)/tests/physics/%,$(TESTS)): $(BUILD)/apps.a
 

@@ -307,7 +307,8 @@ static enum ad_status begin(struct family_run *run, struct family_point *p,
     phys_family_point_copy(run, p, base);
     memset(run->y, 0, run->ode.n * sizeof *run->y);
     memcpy(run->y, p->u, d * sizeof *p->u);
-    run->ode.field(run->ode.context, 0, run->y, run->slope, error);
+    if (run->ode.field(run->ode.context, 0, run->y, run->slope, error) != AD_OK)
+        return error->status;
     memcpy(base->rate, run->slope, d * sizeof *base->rate);
     double *row = calloc(n, sizeof *row);
     if (!row)

@@ -1,0 +1,34 @@
+/* Fails calls inside the library on request: of each function of its headers, internal ones too,
+   that returns a status and takes an error last. The linker redirects such calls between files
+   (--wrap; calls.awk). */
+#ifndef TESTS_CONTRACT_CALLS_H
+#define TESTS_CONTRACT_CALLS_H
+
+#include "autodiff/status.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum { CALLS_MOST = 4096 };
+
+struct calls {
+    size_t n; /* places from which such functions were called, in the order of their first calls */
+    struct {
+        const void *place;
+        const char *function;
+    } at[CALLS_MOST];
+    const void *failing; /* the next call from there fails, once; NULL: none */
+    char wrong[400]; /* what was wrong first: a status that is not the error's, a call that begins
+                        beside an error */
+};
+extern struct calls *calls; /* shared with children */
+
+void calls_share(void);
+
+/* For the wrapped functions. A call that fails does its work before: what it made is lost. */
+enum call { CALL_CLEAN, CALL_BESIDE_ERROR, CALL_FAILS };
+enum call call_begins(const char *function, const void *place, const struct ad_error *error);
+enum ad_status call_ends(const char *function, const void *place, enum call call,
+                         enum ad_status status, struct ad_error *error);
+
+#endif
