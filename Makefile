@@ -264,7 +264,7 @@ leastaction: $(COMMAND)
 # Tests named test_alloc* replace these functions (tests/alloc.c).
 wrap_alloc = $(if $(findstring /test_alloc,$@),$(foreach f,malloc calloc realloc aligned_alloc strdup strndup free,-Wl,--wrap=$(f)))
 
-# test_failing_calls replaces those of the library that may fail (tests/contract/calls.h).
+# Tests in which calls between files that may fail are looked at (tests/contract/calls.h).
 CALLS = $(BUILD)/tests/contract/wrapped
 $(CALLS).c: tests/contract/calls.awk $(filter %.h,$(shell find autodiff physics hnn quantum apps -name '*.h'))
 	@mkdir -p $(@D)
@@ -273,8 +273,10 @@ $(CALLS).o: $(CALLS).c $(BUILD)/flags
 	$(Q)$(compile)
 $(CALLS).ld: $(CALLS).c
 	$(Q)sed -n 's/.* __wrap_\(.*\)(.*);$$/-Wl,--wrap=\1/p' $< > $@
-$(BUILD)/tests/contract/test_failing_calls: $(CALLS).o $(CALLS).ld
-wrap_calls = $(if $(findstring failing_calls,$@),@$(CALLS).ld)
+WATCHED = $(addprefix $(BUILD)/tests/,contract/test_failing_calls apps/test_errors physics/test_forces \
+            physics/motion/test_solve_forced physics/motion/test_ensemble_errors)
+$(WATCHED): $(CALLS).o $(CALLS).ld $(BUILD)/apps.a
+wrap_calls = $(if $(filter $@,$(WATCHED)),@$(CALLS).ld)
 
 # Tests link statically, so that they reach internals; exported names are for scenes loaded in tests.
 $(TESTS): $(BUILD)/%: $(BUILD)/%.o $(BUILD)/tests/helpers.a $(A)

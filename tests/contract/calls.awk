@@ -16,7 +16,7 @@ function look(    name, args, n, k, part, names) {
     sub(/.*[^a-z]/, "", part[n])
     body = body sprintf("enum ad_status __real_%s(%s);\nenum ad_status __wrap_%s(%s);\nenum ad_status __wrap_%s(%s)\n{\n", name, args, name, args, name, args)
     body = body sprintf("    const void *place = __builtin_return_address(0);\n    const enum call call = call_begins(\"%s\", place, %s);\n", name, part[n])
-    body = body sprintf("    const enum ad_status status = __real_%s(%s);\n    return call_ends(\"%s\", place, call, status, %s);\n}\n", name, names, name, part[n])
+    body = body sprintf("    const enum ad_status status = __real_%s(%s);\n    return call_ends(\"%s\", call, status, %s);\n}\n", name, names, name, part[n])
     used[FILENAME] = 1
 }
 FNR == 1 { text = ""; comment = 0 }

@@ -5,11 +5,11 @@
 
 #include <pthread.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 
-static struct calls unshared;
-struct calls *calls = &unshared;
+struct calls *calls;
 static pthread_mutex_t one = PTHREAD_MUTEX_INITIALIZER;
 
 void calls_share(void)
@@ -32,12 +32,10 @@ static void note(const char *function, const void *place)
     calls->n++;
 }
 
-static void wrong(const char *function, const void *place, const char *what,
-                  const struct ad_error *error)
+static void wrong(const char *function, const char *what, const struct ad_error *error)
 {
-    if (calls->wrong[0] == '\0')
-        snprintf(calls->wrong, sizeof calls->wrong, "%s, called from %p, %s: %s", function, place,
-                 what, error->message);
+    fprintf(stderr, "%s %s: %s\n", function, what, error->message);
+    abort();
 }
 
 /* Whether calls of it may begin beside an error: each rank says whether it has one, a report says
@@ -60,23 +58,28 @@ static bool may_be_beside(const char *function)
 
 enum call call_begins(const char *function, const void *place, const struct ad_error *error)
 {
-    enum call call = error->status != AD_OK ? CALL_BESIDE_ERROR : CALL_CLEAN;
+    enum call call = CALL_CLEAN;
+    if (error->status != AD_OK) {
+        if (!may_be_beside(function))
+            wrong(function, "begins beside an error", error);
+        return CALL_BESIDE_ERROR;
+    }
     pthread_mutex_lock(&one);
-    note(function, place);
-    if (call == CALL_CLEAN && calls->failing == place) {
+    if (calls)
+        note(function, place);
+    if (calls && calls->failing == place) {
         call = CALL_FAILS;
         calls->failing = NULL;
-    } else if (call == CALL_BESIDE_ERROR && !may_be_beside(function))
-        wrong(function, place, "begins beside an error", error);
+    }
     pthread_mutex_unlock(&one);
     return call;
 }
 
-enum ad_status call_ends(const char *function, const void *place, enum call call,
-                         enum ad_status status, struct ad_error *error)
+enum ad_status call_ends(const char *function, enum call call, enum ad_status status,
+                         struct ad_error *error)
 {
     if ((status == AD_OK) != (error->status == AD_OK) && call != CALL_BESIDE_ERROR)
-        wrong(function, place, "returns another status than that of its error", error);
+        wrong(function, "returns another status than that of its error", error);
     return call == CALL_FAILS
                ? ad_fail(error, AD_E_ARGUMENT, "this call of %s was made to fail", function)
                : status;

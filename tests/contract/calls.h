@@ -1,6 +1,7 @@
-/* Fails calls inside the library on request: of each function of its headers, internal ones too,
-   that returns a status and takes an error last. The linker redirects such calls between files
-   (--wrap; calls.awk). */
+/* Looks at each call between files of a function that returns a status and takes an error last,
+   internal ones too: it returns the status of its error, and does not begin beside an error; else
+   the test is aborted. And fails such calls on request. The linker redirects them (--wrap;
+   calls.awk). */
 #ifndef TESTS_CONTRACT_CALLS_H
 #define TESTS_CONTRACT_CALLS_H
 
@@ -18,17 +19,15 @@ struct calls {
         const char *function;
     } at[CALLS_MOST];
     const void *failing; /* the next call from there fails, once; NULL: none */
-    char wrong[400]; /* what was wrong first: a status that is not the error's, a call that begins
-                        beside an error */
 };
-extern struct calls *calls; /* shared with children */
+extern struct calls *calls; /* NULL before calls_share */
 
-void calls_share(void);
+void calls_share(void); /* with children */
 
 /* For the wrapped functions. A call that fails does its work before: what it made is lost. */
 enum call { CALL_CLEAN, CALL_BESIDE_ERROR, CALL_FAILS };
 enum call call_begins(const char *function, const void *place, const struct ad_error *error);
-enum ad_status call_ends(const char *function, const void *place, enum call call,
-                         enum ad_status status, struct ad_error *error);
+enum ad_status call_ends(const char *function, enum call call, enum ad_status status,
+                         struct ad_error *error);
 
 #endif

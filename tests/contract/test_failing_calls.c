@@ -12,12 +12,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-static void is_right(const char *what, const char *function)
-{
-    if (calls->wrong[0])
-        fail_msg("%s, where %s fails: %s", what, function, calls->wrong);
-}
-
 static void calls_fail_their_callers(void **state)
 {
     (void)state;
@@ -33,7 +27,6 @@ static void calls_fail_their_callers(void **state)
             if (status != error.status)
                 fail_msg("%s, where %s fails: returned %d, the error is %d: %s", job->name,
                          calls->at[k].function, status, error.status, error.message);
-            is_right(job->name, calls->at[k].function);
         }
         print_message("%s: %zu new places\n", job->name, calls->n - before);
     }
@@ -107,8 +100,8 @@ static void commands_too(void **state)
             calls->failing = calls->at[k].place;
             const int status = run(lines[j]);
             if (status > 2)
-                fail_msg("%s, where %s fails: status %d", lines[j], calls->at[k].function, status);
-            is_right(lines[j], calls->at[k].function);
+                fail_msg("%s, where %s fails: status %d: %s", lines[j], calls->at[k].function,
+                         status, shell_err());
         }
         print_message("%s: %zu new places\n", lines[j], calls->n - before);
     }
