@@ -138,6 +138,9 @@ bool ad_jet_is_number(const struct jet_builder *b, jet x, double *number);
 /* An elementwise operation (elementwise.c), and its value. */
 jet ad_jet_elementwise(struct jet_builder *b, enum ad_op op, const jet x[3]);
 double ad_jet_value(enum ad_op op, double a, double b, double c);
+/* The jets and outputs of s with fewer products, in `made`, freed by the caller; false: there is
+   nothing to gain, or no memory (factor.c). */
+bool ad_series_factor(struct ad_series *s, struct ad_series *made);
 /* What a structural operation makes of its operands' elements; false if there is no rule. at[id]:
    the elements of a node. */
 bool ad_jet_structure(struct jet_builder *b, const ad_tape *tape, const struct node *n,

@@ -176,6 +176,31 @@ static enum ad_status sweep(struct ad_series *s, size_t inputs)
     return to && stack ? AD_OK : AD_E_MEMORY;
 }
 
+static size_t products(const struct ad_series *s)
+{
+    size_t n = 0;
+    for (size_t k = 0; k < s->n; k++)
+        n += s->jets[k].kind == JET_PRODUCT;
+    return n;
+}
+
+/* Takes what has fewer products. */
+static void simplify(struct ad_series *s, size_t inputs)
+{
+    struct ad_series made = {0};
+    if (ad_series_factor(s, &made) && sweep(&made, inputs) == AD_OK &&
+        products(&made) < products(s)) {
+        const struct ad_series old = *s;
+        s->jets = made.jets;
+        s->output = made.output;
+        s->n = made.n;
+        s->max = made.max;
+        made.jets = old.jets;
+        made.output = old.output;
+    }
+    AD_FREE(made.jets, made.output);
+}
+
 /* The jet without its factors that are numbers. */
 static uint32_t without_factors(const struct ad_series *s, uint32_t x)
 {
@@ -282,6 +307,7 @@ static enum ad_status build(struct builder *b, size_t n_y, const ad_var y[], siz
         return tape->error.status;
     if (b->jets.failed || put_outputs(b, n_y, y) != AD_OK || sweep(s, inputs) != AD_OK)
         return AD_E_MEMORY;
+    simplify(s, inputs);
     return allocate(s);
 }
 

@@ -259,7 +259,7 @@ static void searches(void **state)
         {equilibria, {"double-well", 10, 0, {3, 10, 0}}},
         {lyapunov, {"dblpend", 1e-10, 20, {0, 2361, 0}}},
         {lyapunov, {"kepler", 1e-10, 60, {0, 2656, 0}}},
-        {fit, {"pendulum", 0.2, 10, {5, 54, 0}}},
+        {fit, {"pendulum", 0.2, 5, {3, 18, 0}}},
     };
     (void)state;
     for (size_t r = 0; r < LENGTH(rows); r++) {

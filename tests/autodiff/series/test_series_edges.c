@@ -90,6 +90,114 @@ static void test_common_values_are_one(void **state)
     ad_tape_free(tape);
 }
 
+/* ---- common factors ---- */
+
+enum { UNKNOWNS = 5, TOP = 6, SUM_MOST = 20 };
+
+struct number {
+    ad_var y;
+    double c[TOP + 1], size[TOP + 1]; /* by plain multiplication; the same of absolute values */
+};
+
+static struct number multiply(const struct number *a, const struct number *b)
+{
+    struct number r = {.y = ad_mul(a->y, b->y)};
+    for (size_t i = 0; i <= TOP; i++)
+        for (size_t j = 0; i + j <= TOP; j++) {
+            r.c[i + j] += a->c[i] * b->c[j];
+            r.size[i + j] += a->size[i] * b->size[j];
+        }
+    return r;
+}
+
+static struct number add(const struct number *a, double by, const struct number *b)
+{
+    struct number r = {.y = ad_add(a->y, ad_mul(by, b->y))};
+    for (size_t k = 0; k <= TOP; k++) {
+        r.c[k] = a->c[k] + by * b->c[k];
+        r.size[k] = a->size[k] + fabs(by) * b->size[k];
+    }
+    return r;
+}
+
+static double next(uint64_t *seed)
+{
+    *seed = *seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (double)(*seed >> 11) / 9007199254740992.0;
+}
+
+/* A sum of products of few unknowns, times one of them: most have common factors. */
+static struct number random_sum(const struct number *x, uint64_t *seed)
+{
+    const size_t terms = 1 + (size_t)(SUM_MOST * next(seed) * next(seed));
+    struct number sum = {0};
+    for (size_t i = 0; i <= terms; i++) {
+        struct number term = x[(size_t)(UNKNOWNS * next(seed))];
+        for (size_t k = (size_t)(5 * next(seed)); k > 0; k--) {
+            const struct number *f = &x[(size_t)(UNKNOWNS * next(seed))];
+            term = next(seed) < 0.5 ? multiply(&term, f) : multiply(f, &term);
+        }
+        const double by = next(seed) < 0.5 ? -1 : next(seed) < 0.5 ? 1 : 3 * next(seed);
+        sum = i == 0 ? term : next(seed) < 0.5 ? add(&sum, by, &term) : add(&term, by, &sum);
+    }
+    return multiply(&sum, &x[(size_t)(UNKNOWNS * next(seed))]);
+}
+
+static void test_common_factors_leave_the_series(void **state)
+{
+    (void)state;
+    uint64_t seed = 7;
+    ad_tape *tape = ad_tape_new(AD_F64);
+    for (size_t round = 0; round < 100; round++) {
+        struct number x[UNKNOWNS] = {{.y = {0}}};
+        ad_var in[UNKNOWNS], y[2];
+        ad_series *series;
+        ad_tape_reset(tape);
+        for (size_t i = 0; i < UNKNOWNS; i++) {
+            x[i].y = in[i] = ad_input(tape, 1, 1, "x");
+            for (size_t k = 0; k <= TOP; k++) {
+                x[i].c[k] = 2 * next(&seed) - 1;
+                x[i].size[k] = fabs(x[i].c[k]);
+            }
+        }
+        const struct number a = random_sum(x, &seed), b = random_sum(x, &seed),
+                            c = add(&b, -2, &a), *const expected[] = {&a, &c};
+        for (size_t j = 0; j < 2; j++)
+            y[j] = expected[j]->y;
+        assert_int_equal(ad_series_new(2, y, UNKNOWNS, in, TOP, &series), AD_OK);
+        for (size_t k = 0; k <= TOP; k++) {
+            for (size_t i = 0; i < UNKNOWNS; i++)
+                ad_series_input(series, i, 0)[k] = x[i].c[k];
+            ad_series_advance(series, k);
+            for (size_t j = 0; j < 2; j++)
+                assert_close(ad_series_output(series, j, 0)[k], expected[j]->c[k], 0,
+                             1e-14 * expected[j]->size[k]);
+        }
+        ad_series_free(series);
+    }
+    ad_tape_free(tape);
+}
+
+/* u a c + u b d + v a c + v b d, in any order: (u + v) (a c + b d). */
+static void test_common_factors_are_found(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x[6], term[4], y;
+    ad_series *series;
+    for (size_t k = 0; k < 6; k++)
+        x[k] = ad_input(tape, 1, 1, "x");
+    term[0] = ad_mul(x[0], ad_mul(x[2], x[4]));
+    term[1] = ad_mul(ad_mul(x[5], x[1]), x[3]);
+    term[2] = ad_mul(x[5], ad_mul(x[3], x[0]));
+    term[3] = ad_mul(x[4], ad_mul(x[2], x[1]));
+    y = ad_sub(ad_add(term[0], term[1]), ad_neg(ad_add(term[2], term[3])));
+    assert_int_equal(ad_series_new(1, &y, 6, x, 3, &series), AD_OK);
+    assert_int_equal(ad_series_size(series), 6 + 3 + 2);
+    ad_series_free(series);
+    ad_tape_free(tape);
+}
+
 static void test_refusals(void **state)
 {
     (void)state;
@@ -136,6 +244,8 @@ int main(void)
         cmocka_unit_test(test_numbers_are_known),
         cmocka_unit_test(test_extreme_values),
         cmocka_unit_test(test_common_values_are_one),
+        cmocka_unit_test(test_common_factors_leave_the_series),
+        cmocka_unit_test(test_common_factors_are_found),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
