@@ -72,7 +72,7 @@ static enum ad_status make(struct phys_derivatives *d, const struct phys_system 
     if (!action)
         d->tape = ad_tape_new(AD_F64);
     if (!d->work || (!action && !d->tape) ||
-        (second && !phys_coupling_new(&d->coupling, system, false, PHYS_COUPLING_FEW)))
+        (second && !phys_coupling_new(&d->coupling, system, PHYS_COUPLING_L, PHYS_COUPLING_FEW)))
         return ad_fail(error, AD_E_MEMORY, "out of memory for derivatives of L");
     return record(d, system, action, second, error);
 }

@@ -3,7 +3,7 @@
    for rule `left` and a separable L, one step solves them. */
 #include "variational_step.h"
 #include "autodiff/free.h"
-#include "physics/linear/linear.h"
+#include "physics/linear/lu.h"
 
 #include <float.h>
 #include <math.h>
@@ -18,7 +18,8 @@ struct phys_variational_step {
     size_t dof, degree, evaluations;
     double *x;        /* [degree*dof x 2] */
     double *velocity; /* [dof] mean velocity of the last element */
-    double *matrix, *right, *zero;
+    double *right, *zero;
+    struct phys_lu matrix; /* of the nodes' unknowns, by coordinate, then node */
 };
 
 enum ad_status phys_variational_step_new(const struct phys_system *system,
@@ -35,10 +36,13 @@ enum ad_status phys_variational_step_new(const struct phys_system *system,
     if (rule->repeat)
         ad_fail(error, AD_E_ARGUMENT, "rule %s cannot be stepped in time: its last slice differs",
                 rule->name);
-    else if (!(m->x = calloc(2 * n + 2 * m->dof + n * n + n, sizeof *m->x)))
+    else if (!(m->x = calloc(2 * n + 2 * m->dof + n, sizeof *m->x)))
         ad_fail(error, AD_E_MEMORY, "out of memory");
     else
         phys_hessian_new(&m->hessian, system, rule, 2, dt, NULL, error);
+    if (error->status == AD_OK &&
+        !phys_lu_new(&m->matrix, n, m->degree * (m->hessian.around + 1) - 1))
+        ad_fail(error, AD_E_MEMORY, "out of memory");
     if (error->status != AD_OK) {
         phys_variational_step_free(m);
         *stepper = NULL;
@@ -47,7 +51,6 @@ enum ad_status phys_variational_step_new(const struct phys_system *system,
     m->velocity = m->x + 2 * n;
     m->zero = m->velocity + m->dof;
     m->right = m->zero + m->dof;
-    m->matrix = m->right + n;
     return AD_OK;
 }
 
@@ -56,6 +59,7 @@ void phys_variational_step_free(phys_variational_step *stepper)
     if (!stepper)
         return;
     phys_hessian_free(&stepper->hessian);
+    phys_lu_free(&stepper->matrix);
     AD_FREE(stepper->x, stepper);
 }
 
@@ -94,6 +98,36 @@ static enum ad_status refuse(const phys_variational_step *m, size_t i, double t,
                    m->system->scene->name, what, t, t + m->hessian.dt, name);
 }
 
+/* Coordinate i of n, whole nodes, as an unknown of the matrix, and back. */
+static size_t unknown(const struct phys_variational_step *m, size_t i, size_t n)
+{
+    return m->hessian.of->coupling.place[i % m->dof] * (n / m->dof) + i / m->dof;
+}
+
+static size_t coordinate_at(const struct phys_variational_step *m, size_t unknown, size_t n)
+{
+    const size_t nodes = n / m->dof;
+    return unknown % nodes * m->dof + m->hessian.of->coupling.order[unknown / nodes];
+}
+
+/* Second derivatives by coordinates row ... row + n - 1 and first ... first + n - 1, factored. */
+static int factor(phys_variational_step *m, size_t row, size_t first, size_t n)
+{
+    const struct phys_hessian *h = &m->hessian;
+    const size_t nodes = n / m->dof;
+    phys_lu_clear(&m->matrix, n, nodes * (h->around + 1) - 1);
+    for (size_t j = 0; j < m->dof; j++) {
+        size_t from, to;
+        phys_hessian_coupled(h, j, &from, &to);
+        for (size_t i = from; i < to; i++)
+            for (size_t a = 0; a < nodes; a++)
+                for (size_t b = 0; b < nodes; b++)
+                    *phys_lu_at(&m->matrix, i * nodes + a, j * nodes + b) =
+                        phys_hessian_entry(h, 0, row / h->dof + a, i, first / h->dof + b, j);
+    }
+    return phys_lu_factor(&m->matrix);
+}
+
 /* One Newton step for coordinates first ... first + n - 1 so that the gradient with respect to
    coordinates row ... row + n - 1 becomes minus `momentum` (of the first dof, where row is 0). The
    largest change relative to the largest coordinate and to the element's length is returned; a
@@ -102,28 +136,25 @@ static double newton_step(phys_variational_step *m, double t, const double *mome
                           size_t first, size_t n, size_t *worst)
 {
     const struct phys_hessian *h = &m->hessian;
-    const uint32_t *place = h->of->coupling.place;
     double size = DBL_MIN, change = 0;
     phys_hessian_at(&m->hessian, m->x, t);
     m->evaluations++;
-    for (size_t i = 0; i < n; i++) {
-        m->right[i] = h->gradient[row + i] + (row + i < m->dof ? momentum[row + i] : 0);
-        for (size_t j = 0; j < n; j++)
-            m->matrix[i * n + j] =
-                phys_hessian_entry(h, 0, (row + i) / h->dof, place[(row + i) % h->dof],
-                                   (first + j) / h->dof, place[(first + j) % h->dof]);
-    }
-    int singular = phys_lapack_lu_solve_once(n, m->matrix, m->right);
+    int singular = factor(m, row, first, n);
     if (singular) {
-        *worst = first + (size_t)singular - 1;
+        *worst = first + coordinate_at(m, (size_t)singular - 1, n);
         return -1;
     }
+    for (size_t i = 0; i < n; i++)
+        m->right[unknown(m, i, n)] =
+            h->gradient[row + i] + (row + i < m->dof ? momentum[row + i] : 0);
+    phys_lu_solve(&m->matrix, m->right);
     for (size_t i = 0; i < n; i++) {
         double *x = coordinate(m, first + i);
-        *x -= m->right[i];
+        const double step = m->right[unknown(m, i, n)];
+        *x -= step;
         size = fmax(size, fabs(*x));
-        if (!(fabs(m->right[i]) <= change)) { /* NaN, too */
-            change = fabs(m->right[i]);
+        if (!(fabs(step) <= change)) { /* NaN, too */
+            change = fabs(step);
             *worst = first + i;
         }
     }

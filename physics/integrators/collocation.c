@@ -5,7 +5,6 @@
    from the extrapolated polynomial of the last step; where that converges slowly or not at all, by
    Newton's method (stages.c). Both iterate down to rounding, because the remaining error would make
    the energy drift. */
-#include "autodiff/free.h"
 #include "stages.h"
 #include "physics/action/internal.h"
 
@@ -62,9 +61,9 @@ static enum ad_status begin(struct phys_stepper *s, struct ad_error *error)
 static void end(struct phys_stepper *s)
 {
     struct phys_stages *g = s->state;
-    if (!g)
-        return;
-    AD_FREE(g->memory, g->pivots, g);
+    if (g)
+        phys_stages_matrix_free(g);
+    free(g);
 }
 
 /* Slopes to begin with: the polynomial of the last step, or the rate at the start. */
@@ -93,6 +92,7 @@ static void note_sizes(const struct phys_stepper *s, struct phys_stages *g, doub
         g->size[k] = fmax(g->size[k], fabs(s->y[k]));
         for (size_t i = 0; i < g->s; i++)
             g->size[k] = fmax(g->size[k], fabs(h * g->F[i * s->n + k]));
+        g->least = fmax(g->least, 1e-100 * g->size[k]);
     }
 }
 

@@ -4,7 +4,6 @@
    = 0, where the slopes equal the rate, the solution follows one branch, the one that approximates
    the motion. Where that branch turns back, the step has no stages. */
 #include "stages.h"
-#include "physics/linear/linear.h"
 
 #include <float.h>
 #include <stdlib.h>
@@ -49,10 +48,10 @@ enum ad_status phys_stages_residual(struct phys_stepper *s, struct phys_stages *
     return AD_OK;
 }
 
-/* The size of component k so far, this step among it: a motion from rest at 0 has none before. */
-static double size_of(const struct phys_stepper *s, const struct phys_stages *g, double h, size_t k)
+double phys_stages_size(const struct phys_stepper *s, const struct phys_stages *g, double h,
+                        size_t k)
 {
-    double size = g->size[k];
+    double size = fmax(g->size[k], g->least);
     for (size_t i = 0; i < g->s; i++)
         size = fmax(size, fabs(h * g->F[i * s->n + k]));
     return size;
@@ -62,13 +61,13 @@ double phys_stages_add(struct phys_stepper *s, struct phys_stages *g, double h)
 {
     double most = 0;
     for (size_t k = 0; k < s->n; k++) {
-        double size = size_of(s, g, h, k), change = 0;
+        double size = phys_stages_size(s, g, h, k), change = 0;
         for (size_t i = k; i < g->s * s->n; i += s->n) {
             change = fmax(change, fabs(h * g->G[i]));
             change = isnan(g->G[i]) ? (double)INFINITY : change;
             g->F[i] += g->G[i];
         }
-        change = change == 0 ? 0 : change / fmax(size, size_of(s, g, h, k));
+        change = change == 0 ? 0 : change / fmax(size, phys_stages_size(s, g, h, k));
         if (!(change <= most)) {
             most = change;
             s->worst = k;
@@ -82,44 +81,6 @@ bool phys_stages_settled(double now, double last)
     return now <= DBL_EPSILON / 8 || (now >= 0.5 * last && now < phys_stages_rounding);
 }
 
-/* By differences; their error costs digits per iteration, not the result. */
-static enum ad_status jacobian(struct phys_stepper *s, struct phys_stages *g, size_t stage,
-                               double h, struct ad_error *error)
-{
-    size_t n = s->n;
-    double t = s->t + g->c[stage] * h, *J = g->J + stage * n * n, *at = g->point;
-    phys_stages_combine(n, g->s, s->y, h, g->a[stage], g->F, at);
-    if (phys_stepper_rate(s, t, at, g->base, error) != AD_OK)
-        return error->status;
-    for (size_t j = 0; j < n; j++) {
-        double here = at[j], size = size_of(s, g, h, j);
-        at[j] += sqrt(DBL_EPSILON) * (size > 0 ? size : 1);
-        if (phys_stepper_rate(s, t, at, J + j * n, error) != AD_OK)
-            return error->status;
-        for (size_t k = 0; k < n; k++)
-            J[j * n + k] = (J[j * n + k] - g->base[k]) / (at[j] - here);
-        at[j] = here;
-    }
-    return AD_OK;
-}
-
-/* Factors 1 - h a_ij J_i at F. */
-static enum ad_status linearise(struct phys_stepper *s, struct phys_stages *g, double h,
-                                struct ad_error *error)
-{
-    size_t n = s->n, N = g->s * n;
-    for (size_t i = 0; i < g->s; i++)
-        if (jacobian(s, g, i, h, error) != AD_OK)
-            return error->status;
-    for (size_t i = 0; i < N; i++)
-        for (size_t j = 0; j < N; j++)
-            g->matrix[i * N + j] =
-                (i == j) - h * g->a[i / n][j / n] * g->J[(i / n * n + j % n) * n + i % n];
-    if (phys_lapack_lu_factor(N, g->matrix, g->pivots) != 0)
-        return ad_fail(error, AD_E_NONFINITE, "the stage equations are singular");
-    return AD_OK;
-}
-
 /* From F on; false in *converged where it diverges. */
 static enum ad_status newton(struct phys_stepper *s, struct phys_stages *g, double h,
                              bool *converged, struct ad_error *error)
@@ -128,10 +89,10 @@ static enum ad_status newton(struct phys_stepper *s, struct phys_stages *g, doub
     bool take = true;
     *converged = false;
     for (int k = 0; k < PHYS_STAGES_ITERATIONS; k++) {
-        if ((take && linearise(s, g, h, error) != AD_OK) ||
+        if ((take && phys_stages_linearise(s, g, h, error) != AD_OK) ||
             phys_stages_residual(s, g, h, error) != AD_OK)
             return error->status;
-        phys_lapack_lu_solve(g->s * s->n, g->matrix, g->pivots, g->G);
+        phys_stages_correct(s, g);
         double now = phys_stages_add(s, g, h);
         if ((*converged = phys_stages_settled(now, last)) || !isfinite(now) ||
             (take && now > 0.5 * last))
@@ -139,22 +100,6 @@ static enum ad_status newton(struct phys_stepper *s, struct phys_stages *g, doub
         take = now > slow * last;
         last = now;
     }
-    return AD_OK;
-}
-
-static enum ad_status begin(struct phys_stepper *s, struct phys_stages *g, struct ad_error *error)
-{
-    size_t n = s->n, N = g->s * n;
-    if (g->memory)
-        return AD_OK;
-    g->memory = malloc((N * n + N * N + N + n) * sizeof *g->memory);
-    g->pivots = malloc(N * sizeof *g->pivots);
-    if (!g->memory || !g->pivots)
-        return ad_fail(error, AD_E_MEMORY, "out of memory for Newton's method");
-    g->J = g->memory;
-    g->matrix = g->J + N * n;
-    g->shorter = g->matrix + N * N;
-    g->base = g->shorter + N;
     return AD_OK;
 }
 
@@ -191,7 +136,7 @@ enum ad_status phys_stages_newton(struct phys_stepper *s, struct phys_stages *g,
                                   struct ad_error *error)
 {
     double solved = 0, piece = 1; /* shares of h */
-    if (begin(s, g, error) != AD_OK || phys_stepper_need_rate(s, error) != AD_OK)
+    if (phys_stages_matrix_new(s, g, error) != AD_OK || phys_stepper_need_rate(s, error) != AD_OK)
         return error->status;
     while (solved < 1) {
         struct ad_error astray = {0}; /* trials may leave where the field is defined */

@@ -8,10 +8,16 @@
 /* Up to so many coordinates nothing is saved by looking: everything counts as coupled. */
 enum { PHYS_COUPLING_FEW = 4 };
 
-/* Pairs (i, j) where L_qq, L_qv, L_vq or L_vv, or with `masses` L_vv alone, may be other than 0 at
-   some point; of more than `few` coordinates, and where that is known, else all. Ends with
-   phys_pattern_free, whatever it returned. False: no memory. */
-bool phys_coupling_new(struct phys_pattern *coupling, const struct phys_system *system, bool masses,
-                       size_t few);
+enum phys_coupling_by {
+    PHYS_COUPLING_MASSES, /* L_vv */
+    PHYS_COUPLING_L,      /* L_qq, L_qv, L_vq or L_vv */
+    PHYS_COUPLING_RATES,  /* the same, or a derivative of the forces beside L */
+};
+
+/* Pairs (i, j) of coordinates for which one of these may be other than 0 at some point; of more
+   than `few` coordinates, and where that is known, else all. Ends with phys_pattern_free, whatever
+   it returned. False: no memory. */
+bool phys_coupling_new(struct phys_pattern *coupling, const struct phys_system *system,
+                       enum phys_coupling_by by, size_t few);
 
 #endif

@@ -56,7 +56,7 @@ bool phys_mass_new(struct phys_mass *mass, const struct phys_system *system, boo
     const size_t n = system->dof;
     struct phys_mass *m = mass;
     *m = (struct phys_mass){0};
-    if (!phys_coupling_new(&m->pattern, system, true, whole ? n : PHYS_MASS_FEW))
+    if (!phys_coupling_new(&m->pattern, system, PHYS_COUPLING_MASSES, whole ? n : PHYS_MASS_FEW))
         return false;
     const size_t lanes = m->pattern.colours;
     const size_t rows = m->pattern.width == 0 ? 1

@@ -18,5 +18,8 @@ void phys_ode_thin(const struct phys_ode *ode);
 phys_motion *phys_ode_constrained_motion(const struct phys_ode *ode);
 /* The series of phys_ode_lagrangian, once it was evaluated; NULL: none. */
 struct phys_motion_series *phys_ode_motion_series(const struct phys_ode *ode);
+/* Which coordinates the rates of y = (q, v) or (q, p) couple; where that is not known, which
+   components of y: all. Ends with phys_pattern_free, whatever it returned. False: no memory. */
+bool phys_ode_coupling(const struct phys_ode *ode, struct phys_pattern *coupling);
 
 #endif

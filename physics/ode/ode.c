@@ -1,5 +1,6 @@
 /* Functions common to all vector fields. */
 #include "internal.h"
+#include "physics/lagrangian/mass.h"
 #include "physics/action/units.h"
 
 #include <math.h>
@@ -65,6 +66,27 @@ void phys_ode_free(struct phys_ode *ode)
     if (ode->free)
         ode->free(ode->context);
     *ode = (struct phys_ode){0};
+}
+
+/* Masses that couple nothing leave accelerations the pattern of the forces. */
+static bool has_own_masses(const struct phys_system *system, bool *memory)
+{
+    struct phys_pattern masses;
+    *memory = phys_coupling_new(&masses, system, PHYS_COUPLING_MASSES, PHYS_MASS_FEW);
+    const bool own = *memory && masses.width == 0;
+    phys_pattern_free(&masses);
+    return own;
+}
+
+bool phys_ode_coupling(const struct phys_ode *ode, struct phys_pattern *coupling)
+{
+    const struct phys_system *system = ode->system;
+    bool memory = true;
+    *coupling = (struct phys_pattern){0};
+    if (system && !system->scene->ode && !system->scene->constraint &&
+        has_own_masses(system, &memory))
+        return phys_coupling_new(coupling, system, PHYS_COUPLING_RATES, PHYS_MASS_FEW);
+    return memory && phys_pattern_new(coupling, ode->n, NULL);
 }
 
 static double largest(size_t n, const double *x)
