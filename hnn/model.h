@@ -16,7 +16,7 @@ enum hnn_kind {
     HNN_BASELINE,    /* the network predicts dx/dt */
     HNN_HAMILTONIAN, /* the network is H; dq/dt = H_p, dp/dt = -H_q */
     /* L = E (sum of (v/scale)^2/2 + the network), with E and scale of hnn_model_normalise, else 1.
-       States are (q, v), at most 32 coordinates. */
+       States are (q, v), at most 32 coordinates, of a lattice 512. */
     HNN_LAGRANGIAN,
     /* A SympNet: a symplectic map of (q, p) over a time step (hnn_record_map), of `layers` gradient
        modules, 2 at least, each as wide as hidden[0]; at most 64 coordinates. It has no field and
@@ -36,6 +36,13 @@ enum hnn_start {
     HNN_ORTHOGONAL, /* rows or columns orthonormal, whichever are fewer */
     HNN_XAVIER,     /* normal, variance 2/(inputs + outputs) */
     HNN_HE          /* normal, variance 2/inputs */
+};
+
+/* A chain of equal sites, the coordinates in their order (sites a wave runs along). */
+enum hnn_lattice {
+    HNN_NO_LATTICE,
+    HNN_RING,      /* the last site is beside the first */
+    HNN_FIXED_ENDS /* beside the first and the last there are walls, where q = 0 */
 };
 
 enum { HNN_LAYERS_MOST = 16, HNN_ROLLOUT_MOST = 1 << 16, HNN_INPUTS_MOST = 32 };
@@ -90,6 +97,10 @@ struct hnn_settings {
     size_t inputs, controls;
     bool time; /* the first input is the time; inputs of a Lagrangian model that are neither this
                   nor controls are constant along a motion */
+    /* One network for all sites: L or H is a sum over sites of the network of (q, v or p,
+       q_next - q), over the first wall too; a baseline's network of (q, p, q_next - q,
+       q_previous - q) gives the rates of a site. Plain models of states alone. */
+    enum hnn_lattice lattice;
 };
 
 /* As published: 200 and 200 units, tanh, orthogonal, symplectic, f32, seed 0. */
@@ -111,8 +122,8 @@ static inline struct hnn_settings hnn_pixel_defaults(enum hnn_kind kind, size_t 
 }
 
 /* Names used on the command line and in files; NULL-terminated, in the order of the enums. */
-extern const char *const hnn_kinds[], *const hnn_field_types[], *const hnn_starts[],
-                                                                    *const hnn_precisions[];
+extern const char *const hnn_kinds[],
+    *const hnn_field_types[], *const hnn_starts[], *const hnn_precisions[], *const hnn_lattices[];
 
 /* An activation function, applied elementwise. */
 struct hnn_activation {
@@ -161,9 +172,11 @@ struct hnn_block {
 const struct hnn_block *hnn_model_blocks(const hnn_model *model, size_t *n);
 
 /* Normalises the networks: their input becomes (x - centre)/scale, [2n + m] each, controls u/scale;
-   their output is scaled to the size of `rate` [2n]; all are positive except centre. It is part of
-   the model from then on; the field is still that of a Hamiltonian in x. Losses are then of rates
-   in units of `rate`. */
+   their output is scaled to the size of `rate` [2n]; all are positive except centre. Of a lattice
+   centre and scale have one number more, of the differences q_next - q, and sites have one centre,
+   scale and rate of q, one of p or v: those of all sites together. It is part of the model from
+   then on; the field is still that of a Hamiltonian in x. Losses are then of rates in units of
+   `rate`. */
 enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const double *scale,
                                    const double *rate, struct ad_error *error);
 
@@ -226,7 +239,7 @@ struct hnn_mass {
     size_t worst;     /* ... and which */
     /* Of negative eigenvalues, the least and the largest number: where they differ, L_vv is
        singular somewhere between two of the states. */
-    size_t negative_least, negative_most;
+    size_t negative_least, negative_most; /* of a lattice: of any one site */
 };
 /* Over states x [(2n + m) x n]. AD_E_ARGUMENT for other models. */
 enum ad_status hnn_model_mass(const hnn_model *model, size_t n, const double *x,
@@ -259,7 +272,8 @@ enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_e
    L that goes with H of a symplectic one, p = L_v being its momenta. It starts in the middle of its
    range of training (parameters NAME0 and v_NAME0); units are the data's. The L is NaN where H_p(q,
    p) = v has no solution near the range. AD_E_INPUT for models without L or H: baselines, other
-   fields, learnt dissipation, relu, pixels, inputs; for over 32 coordinates. */
+   fields, learnt dissipation, relu, pixels, inputs; for over 32 coordinates, but of a Lagrangian
+   lattice. */
 enum ad_status hnn_system_open(const char *name, struct phys_system *system,
                                struct ad_error *error);
 /* The model of such a system, which owns it; NULL: another scene. */

@@ -242,8 +242,15 @@ const struct command command_dataset = {
              "  double-pendulum  angles in [0, 2 pi), rates to 10 (--max-radius), masses and\n"
              "             lengths 1, g = 9.8 (--strength): 600000 states with velocities\n"
              "             (arXiv 2003.04630)\n"
+             "  wave       q_tt = k q_xx, k = 1 (--strength), on a ring of 32 sites, length 2 pi, "
+             "and\n"
+             "  string     on 31 sites between walls, length pi: 100 x 20 to t = 4, of the "
+             "longest\n"
+             "             four modes, m of amplitude 0.1/m to 1/m; masses 1: momenta are "
+             "velocities\n"
              "  pixels     frames of a swinging rod, 200 x 100 pairs of 28 x 28 pixels\n"
-             "as published (arXiv 1906.01563). Columns: coordinates, momenta or velocities, their\n"
+             "as published (arXiv 1906.01563), waves of our own. Columns: coordinates, momenta or "
+             "velocities, their\n"
              "rates, trial, t. All is a pure number: masses and lengths are units of the task."},
     .bytes = sizeof(struct dataset_options),
     .run = run,

@@ -67,7 +67,9 @@ enum view { PHASE_PLANE, ORBITS, OVER_TIME };
 static enum view view_of(const struct rollout_run *run)
 {
     size_t dof = run->model[0].ode.n / 2;
-    return dof == 1 ? PHASE_PLANE : run->task && dof % 2 == 0 ? ORBITS : OVER_TIME;
+    return dof == 1                                               ? PHASE_PLANE
+           : run->task && !run->task->unit_masses && dof % 2 == 0 ? ORBITS
+                                                                  : OVER_TIME;
 }
 
 /* Over components first ... end-1 of all curves. */

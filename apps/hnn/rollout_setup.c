@@ -177,7 +177,7 @@ static enum ad_status use_energy(struct rollout_run *run, const char *name, stru
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s has a state of %zu numbers, the model one of %zu; expected as many",
                        name, 2 * task->dof, run->model[0].ode.n);
-    if (task->H ? in_velocities(run) : in_momenta(run))
+    if (!task->unit_masses && (task->H ? in_velocities(run) : in_momenta(run)))
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s has states of %s, the model of %s; expected one kind", name,
                        task->H ? "momenta" : "velocities", task->H ? "velocities" : "momenta");

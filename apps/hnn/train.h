@@ -13,7 +13,7 @@
 
 struct train_options {
     struct common common;
-    const char *model, *field, *activation, *angles, *start, *hidden, *precision;
+    const char *model, *field, *activation, *angles, *lattice, *start, *hidden, *precision;
     size_t layers;
     bool separable, dissipation, quadratic, normalise;
     const char *state, *rate, *time, *differences, *trial, *unit; /* columns */

@@ -74,11 +74,12 @@ static enum ad_status model_settings(const struct train_run *run, struct hnn_set
                                      struct ad_error *error)
 {
     const struct train_options *o = run->options;
-    size_t model = 0, field = 0, start = 0, precision = 0;
+    size_t model = 0, field = 0, start = 0, precision = 0, lattice = 0;
     if (choose("model", o->model, models, &model, error) != AD_OK ||
         choose("field", o->field, hnn_field_types, &field, error) != AD_OK ||
         choose("start", o->start, hnn_starts, &start, error) != AD_OK ||
-        choose("precision", o->precision, hnn_precisions, &precision, error) != AD_OK)
+        choose("precision", o->precision, hnn_precisions, &precision, error) != AD_OK ||
+        choose("lattice", o->lattice, hnn_lattices, &lattice, error) != AD_OK)
         return error->status;
     *s = run->pixels ? hnn_pixel_defaults((enum hnn_kind)(model - MODELS_OF_STATES),
                                           2 * run->frames.height * run->frames.width)
@@ -91,6 +92,7 @@ static enum ad_status model_settings(const struct train_run *run, struct hnn_set
     s->separable = o->separable;
     s->dissipation = o->dissipation;
     s->quadratic = o->quadratic;
+    s->lattice = (enum hnn_lattice)lattice;
     s->seed = o->common.seed;
     s->inputs = run->data.inputs;
     s->controls = run->data.controls;
@@ -198,10 +200,11 @@ static enum ad_status make_model(struct train_run *run, struct ad_error *error)
     return note_all(run, error);
 }
 
-/* What looks at all samples at once: the check of velocities, and models of unknown kind. */
+/* What looks at all samples at once: the check of velocities, the differences of lattices, and
+   models of unknown kind. */
 static bool shares(const struct train_options *o)
 {
-    return !o->from && strcmp(o->model, "lnn") != 0;
+    return !o->from && strcmp(o->model, "lnn") != 0 && strcmp(o->lattice, hnn_lattices[0]) == 0;
 }
 
 static enum ad_status read_data(struct train_run *run, struct ad_error *error)
@@ -293,7 +296,7 @@ static enum ad_status refuse_unused(const struct train_run *run, struct ad_error
     const struct unused rows[] = {
         {o->from,
          "model field activation angles start hidden layers precision separable dissipation "
-         "quadratic normalise",
+         "quadratic lattice normalise",
          "is of a new network; --from has its own"},
         {!o->from && !strstr(o->model, "hnn"), "field",
          "is of models with an H: hnn and pixel-hnn"},

@@ -6,6 +6,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 const char *const hnn_differences_names[] = {"forward", "central", NULL};
 const char *const hnn_split_names[] = {"tail", "random", "trial", NULL};
@@ -118,17 +119,35 @@ static void rates_of_rollouts(const struct hnn_dataset *data, double *rate)
     }
 }
 
+/* Root mean square of q_next - q over the training samples and sites. */
+static double size_of_differences(const struct hnn_dataset *data, enum hnn_lattice lattice)
+{
+    const size_t held = hnn_samples_held(&data->train), n = data->dof;
+    double sum = 0;
+    for (size_t k = 0; k < n; k++) {
+        const double *q = data->train.x + k * held, *next = k + 1 < n ? q + held : data->train.x;
+        for (size_t i = 0; i < held; i++)
+            sum += pow((k + 1 == n && lattice == HNN_FIXED_ENDS ? 0 : next[i]) - q[i], 2);
+    }
+    return positive(sqrt(sum / (double)(n * held)));
+}
+
 enum ad_status hnn_dataset_normalise(const struct hnn_dataset *data, hnn_model *model,
                                      struct ad_error *error)
 {
     if (AD_LACKS(error, data, model))
         return error->status;
-    double *rate = malloc(2 * data->dof * sizeof *rate);
+    const size_t states = 2 * data->dof, rows = states + data->inputs;
+    double *rate = calloc(states + 2 * (rows + 1), sizeof *rate);
     if (!rate)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
+    double *centre = rate + states, *scale = centre + rows + 1;
+    memcpy(centre, data->centre, rows * sizeof *centre);
+    memcpy(scale, data->scale, rows * sizeof *scale);
+    scale[rows] = size_of_differences(data, hnn_model_settings(model)->lattice);
     if (!data->rate)
         rates_of_rollouts(data, rate);
-    hnn_model_normalise(model, data->centre, data->scale, data->rate ? data->rate : rate, error);
+    hnn_model_normalise(model, centre, scale, data->rate ? data->rate : rate, error);
     free(rate);
     return error->status;
 }

@@ -172,6 +172,7 @@ struct hnn_task {
                             double *y);
     phys_hamiltonian *published_energy;
     double time_stretch;
+    bool unit_masses;              /* dq/dt = p: momenta are velocities */
     struct hnn_sampling published; /* last, so that it may grow */
 };
 extern const struct hnn_task *const hnn_tasks[]; /* NULL-terminated */

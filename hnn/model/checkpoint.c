@@ -62,6 +62,8 @@ static void write_settings(const hnn_model *model, phys_hdf5 *file)
         phys_hdf5_integer(file, "/", "angles", (int64_t)s->angles, NULL);
     if (s->quadratic)
         phys_hdf5_integer(file, "/", "quadratic", 1, NULL);
+    if (s->lattice)
+        phys_hdf5_integer(file, "/", "lattice", s->lattice, NULL);
     if (s->inputs) {
         phys_hdf5_integer(file, "/", "inputs", (int64_t)s->inputs, NULL);
         phys_hdf5_integer(file, "/", "controls", (int64_t)s->controls, NULL);
@@ -92,7 +94,7 @@ enum ad_status hnn_model_write(const hnn_model *model, phys_hdf5 *file, const ch
                         values);
     }
     if (scaling->centre)
-        phys_hdf5_write(file, "normalisation", AD_F64, 2, (size_t[]){3, hnn_rows(model)},
+        phys_hdf5_write(file, "normalisation", AD_F64, 2, (size_t[]){3, hnn_scaled(model)},
                         scaling->centre);
     if (model->range) {
         phys_hdf5_write(file, "range", AD_F64, 2, (size_t[]){2, hnn_rows(model) + 1}, model->range);
@@ -220,6 +222,8 @@ static void read_settings(const struct reading *r, struct hnn_settings *s)
     if (has(r, "angles"))
         s->angles = read_count(r, "angles", ((size_t)1 << HNN_ANGLES_MOST) - 1);
     s->quadratic = has(r, "quadratic") && read_count(r, "quadratic", 1);
+    if (has(r, "lattice"))
+        s->lattice = (enum hnn_lattice)read_count(r, "lattice", HNN_FIXED_ENDS);
     if (has(r, "inputs")) {
         s->inputs = read_count(r, "inputs", HNN_INPUTS_MOST);
         s->controls = read_count(r, "controls", HNN_INPUTS_MOST);
@@ -255,7 +259,7 @@ static void read_normalisation(const struct reading *r, hnn_model *model, double
 {
     struct phys_hdf5_item item;
     struct ad_error none = {0}, why = {0};
-    size_t m = hnn_rows(model);
+    size_t m = hnn_scaled(model);
     if (failed(r) || phys_hdf5_shape(r->file, "normalisation", &item, &none) != AD_OK)
         return;
     if (item.rank != 2 || item.dims[0] != 3 || item.dims[1] != m)
@@ -301,7 +305,7 @@ static void read_parameters(const struct reading *r, hnn_model *model)
         check_shape(r, &model->block[k]);
     if (failed(r) || hnn_model_make_room(model, r->error) != AD_OK)
         return;
-    size_t room = model->size + 3 * hnn_rows(model);
+    size_t room = model->size + 3 * hnn_scaled(model);
     double *values = malloc(room * sizeof *values);
     if (!values) {
         ad_fail(r->error, AD_E_MEMORY, "out of memory");

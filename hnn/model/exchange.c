@@ -17,7 +17,7 @@ enum { TEXT = 32 + 8 * HNN_LAYERS_MOST };
 
 /* ---- settings as texts ---- */
 
-enum { N_NAMES = 4, N_NEEDED = 9, N_NUMBERS = 12 }; /* the others: 0 if there are none */
+enum { N_NAMES = 4, N_NEEDED = 9, N_NUMBERS = 13 }; /* the others: 0 if there are none */
 
 struct named {
     const char *key, *const *names;
@@ -40,12 +40,19 @@ static void names_of(unsigned index[N_NAMES], struct named named[N_NAMES])
 static void numbers_of(const struct hnn_settings *s, struct numbered n[N_NUMBERS])
 {
     const struct numbered all[N_NUMBERS] = {
-        {"dof", s->dof, 1 << 20},       {"layers", s->layers, HNN_LAYERS_MOST},
-        {"separable", s->separable, 1}, {"dissipation", s->dissipation, 1},
-        {"quadratic", s->quadratic, 1}, {"angles", s->angles, (UINT64_C(1) << HNN_ANGLES_MOST) - 1},
-        {"pixels", s->pixels, 1 << 20}, {"autoencoder", s->autoencoder, 1 << 20},
-        {"seed", s->seed, UINT64_MAX},  {"inputs", s->inputs, HNN_INPUTS_MOST},
-        {"time", s->time, 1},           {"controls", s->controls, HNN_INPUTS_MOST},
+        {"dof", s->dof, 1 << 20},
+        {"layers", s->layers, HNN_LAYERS_MOST},
+        {"separable", s->separable, 1},
+        {"dissipation", s->dissipation, 1},
+        {"quadratic", s->quadratic, 1},
+        {"angles", s->angles, (UINT64_C(1) << HNN_ANGLES_MOST) - 1},
+        {"pixels", s->pixels, 1 << 20},
+        {"autoencoder", s->autoencoder, 1 << 20},
+        {"seed", s->seed, UINT64_MAX},
+        {"inputs", s->inputs, HNN_INPUTS_MOST},
+        {"time", s->time, 1},
+        {"controls", s->controls, HNN_INPUTS_MOST},
+        {"lattice", s->lattice, HNN_FIXED_ENDS},
     };
     memcpy(n, all, sizeof all);
 }
@@ -89,7 +96,9 @@ static void add_settings(struct writing *w, const hnn_model *model)
                  s->hidden[k]);
     add(w, "", "hidden", text);
     numbers_of(s, number);
-    for (size_t k = 0; k < (s->inputs ? N_NUMBERS : N_NEEDED); k++) {
+    for (size_t k = 0; k < N_NUMBERS; k++) {
+        if (k >= N_NEEDED && !number[k].value)
+            continue;
         snprintf(text, sizeof text, "%" PRIu64, number[k].value);
         add(w, "", number[k].key, text);
     }
@@ -109,7 +118,7 @@ enum ad_status hnn_model_export(const hnn_model *model, const char *file, struct
         return ad_fail(error, AD_E_ARGUMENT,
                        "network '%s' is a program's own; expected perceptrons",
                        model->network.name);
-    m = hnn_rows(model);
+    m = hnn_scaled(model);
     if (model->scaling.centre) /* doubles first, so that each lies at a multiple of its size */
         tensor[n++] =
             (struct hnn_tensor_source){"normalisation", AD_F64, 2, {3, m}, model->scaling.centre};
@@ -210,6 +219,7 @@ static enum ad_status read_settings(const struct hnn_tensors *t, struct hnn_sett
     s->inputs = (size_t)number[9].value;
     s->time = number[10].value;
     s->controls = (size_t)number[11].value;
+    s->lattice = (enum hnn_lattice)number[12].value;
     return s->activation ? read_widths(t, s, error) : refuse_text(t, "activation", error);
 }
 
@@ -315,13 +325,13 @@ static enum ad_status read_rest(const struct hnn_tensors *t, hnn_model *model,
                                 struct ad_error *error)
 {
     struct ad_error why = {0};
-    const size_t m = hnn_rows(model);
+    const size_t m = hnn_scaled(model);
     double *v = read_array(t, "normalisation", 3, m, error);
     if (v && error->status == AD_OK &&
         hnn_model_normalise(model, v, v + m, v + 2 * m, &why) != AD_OK)
         ad_fail(error, AD_E_INPUT, "%s: 'normalisation': %s", t->file, why.message);
     free(v);
-    model->range = read_array(t, "range", 2, m + 1, error);
+    model->range = read_array(t, "range", 2, hnn_rows(model) + 1, error);
     for (size_t k = 0; k < t->n_metadata && error->status == AD_OK; k++)
         if (strncmp(t->metadata[k].key, note_prefix, strlen(note_prefix)) == 0)
             hnn_model_note(model, t->metadata[k].key + strlen(note_prefix), t->metadata[k].text,

@@ -10,9 +10,8 @@ ad_var hnn_record_block(const hnn_model *model, ad_var parameters, size_t k)
     return ad_reshape(ad_slice_cols(parameters, b->offset, b->rows * b->cols), b->rows, b->cols);
 }
 
-/* Outputs [outputs x samples] at inputs x, of `seen`. */
-static ad_var network(const hnn_model *model, const struct hnn_net *net, ad_var parameters,
-                      ad_var x)
+ad_var hnn_record_network(const hnn_model *model, const struct hnn_net *net, ad_var parameters,
+                          ad_var x)
 {
     if (model->settings.network)
         return hnn_network_record(model, net->outputs, parameters, x);
@@ -106,7 +105,9 @@ static void record_baseline(const hnn_model *model, ad_var parameters, ad_var x,
                             struct hnn_record *r)
 {
     const struct hnn_scaling *s = &model->scaling;
-    r->field = network(model, &model->net[0], parameters, seen(model, x));
+    r->field = model->settings.lattice
+                   ? hnn_lattice_rates(model, parameters, x)
+                   : hnn_record_network(model, &model->net[0], parameters, seen(model, x));
     if (s->rate)
         r->field = ad_mul(r->field, column(x.tape, hnn_states(model), s->rate, false));
 }
@@ -116,9 +117,10 @@ static void record_hamiltonian(const hnn_model *model, ad_var parameters, ad_var
 {
     const struct hnn_settings *s = &model->settings;
     ad_var in = seen(model, x), plain = {0};
-    ad_var out = network(model, &model->net[0], parameters, in);
+    ad_var out = s->lattice ? hnn_lattice_sum(model, parameters, x)
+                            : hnn_record_network(model, &model->net[0], parameters, in);
     if (s->separable)
-        out = ad_add(out, network(model, &model->net[1], parameters, in));
+        out = ad_add(out, hnn_record_network(model, &model->net[1], parameters, in));
     if (s->field != HNN_SYMPLECTIC)
         plain = ad_slice_rows(gradient(scaled(model, ad_row(out, 0)), x), 0, 2 * s->dof);
     if (s->field != HNN_CONSERVATIVE) {
@@ -130,7 +132,7 @@ static void record_hamiltonian(const hnn_model *model, ad_var parameters, ad_var
     else if (s->field == HNN_BOTH)
         r->field = ad_add(r->field, plain);
     if (s->dissipation) {
-        out = network(model, &model->net[model->n_nets - 1], parameters, in);
+        out = hnn_record_network(model, &model->net[model->n_nets - 1], parameters, in);
         r->dissipation = ad_label(scaled(model, out), "D");
         r->field = ad_sub(r->field, ad_slice_rows(gradient(r->dissipation, x), 0, 2 * s->dof));
     }
@@ -165,7 +167,9 @@ ad_var hnn_record_L(const hnn_model *model, ad_var parameters, ad_var x)
     if (scale)
         v = ad_mul(v, column(x.tape, n, scale + n, true));
     ad_var kinetic = ad_mul(0.5, ad_sum_rows(ad_square(v)));
-    ad_var out = network(model, &model->net[0], parameters, seen(model, x));
+    ad_var out = model->settings.lattice
+                     ? hnn_lattice_sum(model, parameters, x)
+                     : hnn_record_network(model, &model->net[0], parameters, seen(model, x));
     if (model->settings.quadratic)
         out = ad_add(ad_row(out, 0), quadratic(n, ad_slice_rows(out, 1, n * (n + 1) / 2), v));
     return ad_label(scaled(model, ad_add(kinetic, out)), "L");
@@ -177,6 +181,8 @@ ad_var hnn_record_lagrangian(const hnn_model *model, ad_var parameters, ad_var x
                              struct hnn_record *r)
 {
     size_t n = model->settings.dof;
+    if (model->settings.lattice)
+        return hnn_lattice_lagrangian(model, parameters, x, r);
     ad_var v = ad_slice_rows(x, n, n), L = hnn_record_L(model, parameters, x), by = gradient(L, x);
     ad_var p = ad_slice_rows(by, n, n), mass[HNN_LAGRANGIAN_MOST], along[HNN_LAGRANGIAN_MOST];
     for (size_t k = 0; k < n; k++) {

@@ -19,6 +19,7 @@
 
 enum { HNN_NETS_MOST = 3, HNN_NOTES_MOST = 16, HNN_NETWORK_NAME = 64, HNN_PROBES = 3 };
 enum { HNN_SYMPNET_MOST = 64 };                          /* coordinates */
+enum { HNN_LATTICE_MOST = 512 };                         /* sites */
 enum { HNN_LAGRANGIAN_MOST = 32, HNN_ANGLES_MOST = 52 }; /* coordinates of such models */
 enum { HNN_CODER_LAYERS = 4, HNN_ENCODE_MOST = 2 };
 enum { HNN_BLOCKS_MOST = HNN_NETS_MOST * 2 * HNN_LAYERS_MOST + 2 * 2 * HNN_CODER_LAYERS + 1 };
@@ -32,7 +33,7 @@ struct hnn_net {
 
 /* What the networks see and say in other units than the data's. */
 struct hnn_scaling {
-    /* [2n + m] each, in one allocation at `centre`, rates of inputs 1; NULL: none */
+    /* [hnn_scaled] each, in one allocation at `centre`, rates but those of states 1; NULL: none */
     double *centre, *scale, *rate;
     double energy; /* size of H, so that its gradient has the size of the rates */
 };
@@ -71,6 +72,11 @@ static inline size_t hnn_rows(const hnn_model *model)
 {
     return hnn_states(model) + model->settings.inputs;
 }
+/* Numbers that are normalised: those rows, and the differences of a lattice. */
+static inline size_t hnn_scaled(const hnn_model *model)
+{
+    return hnn_rows(model) + (model->settings.lattice != HNN_NO_LATTICE);
+}
 /* The letter of component k: q, and p or v. */
 static inline char hnn_letter(const hnn_model *model, size_t k)
 {
@@ -106,9 +112,20 @@ enum ad_status hnn_model_blank(const struct hnn_settings *settings, hnn_model **
 enum ad_status hnn_model_make_room(hnn_model *model, struct ad_error *error);
 /* The matrix or column of block k, a view of the flat parameters (field.c). */
 ad_var hnn_record_block(const hnn_model *model, ad_var parameters, size_t k);
+/* Outputs [outputs x samples] of a network at what it sees (field.c). */
+ad_var hnn_record_network(const hnn_model *model, const struct hnn_net *net, ad_var parameters,
+                          ad_var seen);
+/* Of a lattice (lattice.c): the sum of its network over sites [1 x samples]; a baseline's rates in
+   their units [2n x samples]; and all of a Lagrangian one, returning L_vv of the sites, which are
+   uncoupled, [n x samples]. */
+ad_var hnn_lattice_sum(const hnn_model *model, ad_var parameters, ad_var x);
+ad_var hnn_lattice_rates(const hnn_model *model, ad_var parameters, ad_var x);
+ad_var hnn_lattice_lagrangian(const hnn_model *model, ad_var parameters, ad_var x,
+                              struct hnn_record *r);
 /* L [1 x samples] of a Lagrangian model (field.c). */
 ad_var hnn_record_L(const hnn_model *model, ad_var parameters, ad_var x);
-/* Of a Lagrangian model: *r, and its L_vv [n*n x samples], row i*n + j element (i, j) (field.c). */
+/* Of a Lagrangian model: *r, and its L_vv [n*n x samples], row i*n + j element (i, j), or that of
+   hnn_lattice_lagrangian (field.c). */
 ad_var hnn_record_lagrangian(const hnn_model *model, ad_var parameters, ad_var x,
                              struct hnn_record *r);
 /* States [2n x samples] of n batches of observations, those of the first batch first; the columns

@@ -65,6 +65,8 @@ void hnn_layout(hnn_model *model)
             add_block(model, "", "module.", k, true, s->hidden[0], 1);
             add_block(model, "", "size.", k, false, 1, s->hidden[0]);
         }
+    } else if (s->lattice) {
+        add_net(model, "", 0, s->kind == HNN_BASELINE ? 4 : 3, s->kind == HNN_BASELINE ? 2 : 1);
     } else if (s->kind == HNN_BASELINE) {
         add_net(model, "", 0, q + m + n, 2 * n);
     } else if (s->quadratic) {

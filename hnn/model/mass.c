@@ -52,10 +52,12 @@ static void take(size_t n, size_t state, double *M, double *B, double *values,
 static void follow(const hnn_model *model, size_t n, const double *x, ad_program *program,
                    ad_var in, ad_var out, double *work, struct hnn_mass *mass)
 {
-    size_t dof = model->settings.dof, square = dof * dof;
+    /* matrices of a state: one, or that of each site */
+    const size_t matrices = model->settings.lattice ? model->settings.dof : 1;
+    const size_t dof = model->settings.dof / matrices, square = dof * dof;
     size_t rows = hnn_rows(model);
-    double *some = work, *all = some + rows * PIECE, *M = all + square * PIECE, *B = M + square,
-           *values = B + square;
+    double *some = work, *all = some + rows * PIECE, *M = all + matrices * square * PIECE,
+           *B = M + square, *values = B + square;
     for (size_t first = 0; first < n; first += PIECE) {
         size_t count = n - first < PIECE ? n - first : PIECE;
         for (size_t r = 0; r < rows; r++)
@@ -64,10 +66,10 @@ static void follow(const hnn_model *model, size_t n, const double *x, ad_program
         ad_set(program, in, some);
         ad_run(program);
         ad_get(program, out, all);
-        for (size_t k = 0; k < count; k++) {
+        for (size_t k = 0; k < count * matrices; k++) {
             for (size_t i = 0; i < square; i++)
-                M[i] = all[i * PIECE + k];
-            take(dof, first + k, M, B, values, mass);
+                M[i] = all[(k / count * square + i) * PIECE + k % count];
+            take(dof, first + k % count, M, B, values, mass);
         }
     }
 }
@@ -81,8 +83,8 @@ enum ad_status hnn_model_mass(const hnn_model *model, size_t n, const double *x,
     if (model->settings.kind != HNN_LAGRANGIAN || n == 0)
         return ad_fail(error, AD_E_ARGUMENT, "L_vv: expected a Lagrangian model and some states");
     *mass = (struct hnn_mass){.condition = 0, .negative_least = dof};
-    double *work =
-               malloc(((hnn_rows(model) + dof * dof) * PIECE + (2 * dof + 1) * dof) * sizeof *work),
+    const size_t square = model->settings.lattice ? dof : dof * dof;
+    double *work = malloc(((hnn_rows(model) + square) * PIECE + 2 * square + dof) * sizeof *work),
            *values = malloc(model->size * sizeof *values);
     ad_tape *tape = ad_tape_new(AD_F64);
     ad_program *program = NULL;

@@ -280,12 +280,31 @@ static double energy_size(const hnn_model *model)
     return exp(sum / (double)(2 * n));
 }
 
+/* Sites of a lattice get the centre, deviation and rate of all of them together; all [3 x m]. */
+static void share(size_t sites, size_t m, double *all)
+{
+    for (double *centre = all; centre <= all + sites; centre += sites) {
+        double *scale = centre + m, *rate = scale + m, mean = 0, square = 0, rates = 0;
+        for (size_t k = 0; k < sites; k++) {
+            mean += centre[k] / (double)sites;
+            rates += rate[k] * rate[k] / (double)sites;
+        }
+        for (size_t k = 0; k < sites; k++)
+            square += (scale[k] * scale[k] + pow(centre[k] - mean, 2)) / (double)sites;
+        for (size_t k = 0; k < sites; k++) {
+            centre[k] = mean;
+            scale[k] = sqrt(square);
+            rate[k] = sqrt(rates);
+        }
+    }
+}
+
 enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const double *scale,
                                    const double *rate, struct ad_error *error)
 {
     if (AD_LACKS(error, model, centre, scale, rate))
         return error->status;
-    size_t states = hnn_states(model), m = hnn_rows(model), bytes = m * sizeof(double);
+    size_t states = hnn_states(model), m = hnn_scaled(model), bytes = m * sizeof(double);
     if (model->settings.pixels)
         return ad_fail(error, AD_E_ARGUMENT, "latent states cannot be normalised beforehand");
     for (size_t k = 0; k < m; k++)
@@ -309,6 +328,8 @@ enum ad_status hnn_model_normalise(hnn_model *model, const double *centre, const
             all[k] = 0;
             all[m + k] = 1;
         }
+    if (model->settings.lattice)
+        share(states / 2, m, all);
     free(model->scaling.centre);
     model->scaling = (struct hnn_scaling){.centre = all, .scale = all + m, .rate = all + 2 * m};
     model->scaling.energy = energy_size(model);

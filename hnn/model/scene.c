@@ -23,7 +23,7 @@ struct learnt {
     char *file, (*name)[NAME];
     const char **coordinates;
     struct phys_param *params;
-    double centre[HNN_LAGRANGIAN_MOST], width[HNN_LAGRANGIAN_MOST]; /* of p in training */
+    double centre[HNN_LATTICE_MOST], width[HNN_LATTICE_MOST]; /* of p in training */
 };
 struct params {
     const struct learnt *of;
@@ -100,16 +100,16 @@ static enum ad_status start(const void *params, uint64_t seed, double *q, double
 static enum ad_status check(const char *file, const struct hnn_settings *s, struct ad_error *error)
 {
     bool hamiltonian = s->kind == HNN_HAMILTONIAN && s->field == HNN_SYMPLECTIC;
-    const char *why = s->pixels                ? "learnt from pixels: its coordinates are latent"
-                      : s->dissipation         ? "a learnt dissipation, which no Lagrangian gives"
-                      : s->kind == HNN_SYMPNET ? "a sympnet, which has no H or L"
-                      : s->inputs              ? "its inputs: a scene has none"
-                      : s->dof > HNN_LAGRANGIAN_MOST ? "more than 32 coordinates"
-                      : hamiltonian && strcmp(s->activation, "relu") == 0
-                          ? "activation relu: H has no second derivatives"
-                      : !hamiltonian && s->kind != HNN_LAGRANGIAN
-                          ? "a field that is not derived from an H or L"
-                          : NULL;
+    const char *why =
+        s->pixels                ? "learnt from pixels: its coordinates are latent"
+        : s->dissipation         ? "a learnt dissipation, which no Lagrangian gives"
+        : s->kind == HNN_SYMPNET ? "a sympnet, which has no H or L"
+        : s->inputs              ? "its inputs: a scene has none"
+        : s->dof > HNN_LAGRANGIAN_MOST && (!s->lattice || hamiltonian) ? "more than 32 coordinates"
+        : hamiltonian && strcmp(s->activation, "relu") == 0
+            ? "activation relu: H has no second derivatives"
+        : !hamiltonian && s->kind != HNN_LAGRANGIAN ? "a field that is not derived from an H or L"
+                                                    : NULL;
     return why ? ad_fail(error, AD_E_INPUT, "%s: no scene: %s; try leastaction rollout", file, why)
                : AD_OK;
 }
@@ -121,7 +121,7 @@ static void choose_span(struct learnt *l, double x[])
     size_t n = l->scene.dof;
     const struct hnn_range seen = hnn_model_range(l->model);
     bool lagrangian = l->model->settings.kind == HNN_LAGRANGIAN;
-    double rate[2 * HNN_LAGRANGIAN_MOST], shortest = INFINITY;
+    double rate[2 * HNN_LATTICE_MOST], shortest = INFINITY;
     for (size_t k = 0; k < 2 * n; k++) {
         double low = seen.low ? seen.low[k] : -1, high = seen.low ? seen.high[k] : 1;
         bool rest = k >= n && low <= 0 && high >= 0;
@@ -155,7 +155,7 @@ static enum ad_status describe(struct learnt *l, const char *file, struct ad_err
 {
     hnn_model *model = l->model;
     size_t n = model->settings.dof;
-    double x[2 * HNN_LAGRANGIAN_MOST];
+    double x[2 * HNN_LATTICE_MOST];
     l->values = malloc(model->size * sizeof *l->values);
     l->file = strdup(file);
     l->name = calloc(3 * n, sizeof *l->name); /* of coordinates, then of the start */

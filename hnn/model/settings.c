@@ -8,6 +8,7 @@ const char *const hnn_kinds[] = {"baseline", "hnn", "lnn", "sympnet", NULL};
 const char *const hnn_field_types[] = {"symplectic", "conservative", "both", NULL};
 const char *const hnn_starts[] = {"orthogonal", "xavier", "he", NULL};
 const char *const hnn_precisions[] = {"f32", "f64", NULL};
+const char *const hnn_lattices[] = {"none", "ring", "fixed", NULL};
 
 /* D. Hendrycks, K. Gimpel, arXiv 1606.08415: x Phi(x) as approximate='tanh' of PyTorch has it. */
 static ad_var gelu(ad_var x)
@@ -105,7 +106,8 @@ static enum ad_status check_choices(const struct hnn_settings *s, struct ad_erro
     } choice[] = {{"model", hnn_kinds, s->kind},
                   {"field", hnn_field_types, s->field},
                   {"start", hnn_starts, s->start},
-                  {"precision", hnn_precisions, s->precision}};
+                  {"precision", hnn_precisions, s->precision},
+                  {"lattice", hnn_lattices, s->lattice}};
     for (size_t k = 0; k < LENGTH(choice); k++) {
         size_t n = 0;
         while (choice[k].names[n])
@@ -119,7 +121,7 @@ static enum ad_status check_choices(const struct hnn_settings *s, struct ad_erro
 
 static enum ad_status check_lagrangian(const struct hnn_settings *s, struct ad_error *error)
 {
-    if (s->dof > HNN_LAGRANGIAN_MOST)
+    if (s->dof > HNN_LAGRANGIAN_MOST && !s->lattice)
         return ad_fail(error, AD_E_ARGUMENT,
                        "coordinates of a Lagrangian model: expected at most %d, got %zu",
                        HNN_LAGRANGIAN_MOST, s->dof);
@@ -164,6 +166,18 @@ static enum ad_status check_inputs(const struct hnn_settings *s, struct ad_error
     return AD_OK;
 }
 
+static enum ad_status check_lattice(const struct hnn_settings *s, struct ad_error *error)
+{
+    if (s->kind == HNN_SYMPNET || s->field != HNN_SYMPLECTIC || s->separable || s->dissipation ||
+        s->angles || s->quadratic || s->inputs || s->pixels || s->network)
+        return refuse(error, "a lattice: expected a baseline, hnn or lnn of states alone, without "
+                             "angles, inputs, a quadratic or separable form, or a dissipation");
+    return s->dof > HNN_LATTICE_MOST
+               ? ad_fail(error, AD_E_ARGUMENT, "sites of a lattice: expected at most %d, got %zu",
+                         HNN_LATTICE_MOST, s->dof)
+               : AD_OK;
+}
+
 enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error *error)
 {
     if (check_choices(s, error) != AD_OK)
@@ -172,7 +186,7 @@ enum ad_status hnn_settings_check(const struct hnn_settings *s, struct ad_error 
         return ad_fail(error, AD_E_ARGUMENT,
                        "degrees of freedom of a model: expected 1 to %d, got %zu", DOF_MOST,
                        s->dof);
-    if (check_inputs(s, error) != AD_OK)
+    if (check_inputs(s, error) != AD_OK || (s->lattice && check_lattice(s, error) != AD_OK))
         return error->status;
     if (s->network && s->kind == HNN_SYMPNET)
         return refuse(error, "a sympnet has modules of its own; expected no network");

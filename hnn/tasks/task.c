@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-const struct hnn_task *const hnn_tasks[] = {&hnn_task_spring,          &hnn_task_pendulum,
-                                            &hnn_task_two_body,        &hnn_task_three_body,
-                                            &hnn_task_double_pendulum, NULL};
+const struct hnn_task *const hnn_tasks[] = {
+    &hnn_task_spring,          &hnn_task_pendulum, &hnn_task_two_body, &hnn_task_three_body,
+    &hnn_task_double_pendulum, &hnn_task_wave,     &hnn_task_string,   NULL};
 
 /* Of a step of the integrator, relative; and absolute, small next to the smallest motion. */
 static const double accuracy = 1e-10, smallest = 1e-12;

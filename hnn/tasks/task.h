@@ -8,9 +8,9 @@
 #include "hnn/model/internal.h"
 
 extern const struct hnn_task hnn_task_spring, hnn_task_pendulum, hnn_task_two_body,
-    hnn_task_three_body, hnn_task_double_pendulum;
+    hnn_task_three_body, hnn_task_double_pendulum, hnn_task_wave, hnn_task_string;
 
-enum { HNN_TASK_STATES_MOST = 12 };
+enum { HNN_TASK_STATES_MOST = 64 };
 
 /* Uniform in [a, b). */
 static inline double hnn_between(struct phys_random *random, double a, double b)

@@ -317,14 +317,14 @@ static bool same_settings(const struct hnn_settings *a, const struct hnn_setting
            a->separable == b->separable && a->dissipation == b->dissipation &&
            a->precision == b->precision && a->start == b->start && a->seed == b->seed &&
            a->inputs == b->inputs && a->controls == b->controls && a->time == b->time &&
-           a->angles == b->angles && a->quadratic == b->quadratic && a->pixels == b->pixels &&
+           a->angles == b->angles && a->quadratic == b->quadratic && a->lattice == b->lattice && a->pixels == b->pixels &&
            a->autoencoder == b->autoencoder && same_network(a->network, b->network);
 }
 
 static bool same_scaling(const hnn_model *a, const hnn_model *b)
 {
     const double *p = a->scaling.centre, *q = b->scaling.centre;
-    return p && q ? memcmp(p, q, 3 * hnn_rows(a) * sizeof *p) == 0 : !p && !q;
+    return p && q ? memcmp(p, q, 3 * hnn_scaled(a) * sizeof *p) == 0 : !p && !q;
 }
 
 static void read_model(const struct reading *r)
