@@ -352,6 +352,7 @@ static void models_come_back_to_the_bit(void **state)
     s[0].activation = "gelu";
     s[1].quadratic = true;
     s[1].angles = 2;
+    s[1].start = HNN_HE;
     s[2].field = HNN_BOTH;
     for (int k = 0; k < 4; k++) {
         struct ad_error error = {0};

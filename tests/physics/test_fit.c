@@ -87,10 +87,11 @@ static struct phys_system spring(double k, double damping, double rest)
     return system;
 }
 
-/* Two trials, rows without numbers, positions alone: all digits of exact data come back. */
+/* Two trials, rows without numbers, positions alone: all digits of exact data come back, from other
+   values to begin with, too, and with the mass as it is. */
 static void exact_data_give_the_truth(void **state)
 {
-    static const char *const names[] = {"k", "damping", "rest"};
+    static const char *const names[] = {"k", "damping", "rest", "m"};
     (void)state;
     static struct measured m;
     struct phys_system system = spring(7.3, 0.21, 0.4);
@@ -102,8 +103,11 @@ static void exact_data_give_the_truth(void **state)
         m.x[2 * k] = NAN;
     phys_system_close(&system);
     system = spring(1, 0, 0);
-    const struct phys_fit_settings how = {.size = sizeof how, .n_free = 3, .free = names};
+    const struct phys_fit_settings how = {
+        .size = sizeof how, .n_free = 3, .free = names, .tries = 5};
     struct phys_fit fit = fitted(&system, &m, &how);
+    assert_int_equal(fit.tries, 5);
+    assert_int_equal(fit.agreeing, 5);
     assert_int_equal(fit.n_trials, 2);
     assert_int_equal(fit.n_unknown, 7);
     assert_close(fit.value[0], 7.3, 1e-8, 0);
