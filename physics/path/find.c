@@ -301,6 +301,20 @@ static bool has_its_ends(const struct search *s, const double *path)
     return has;
 }
 
+/* Where the motion is lost, and the solver ended by itself. */
+static enum ad_status find_singular(struct search *s, struct ad_error *error)
+{
+    struct phys_path_found *found = s->found;
+    struct ad_error lost = {0};
+    const enum phys_stop stop = found->info.stop;
+    const bool ended = stop == PHYS_STOP_TOLERANCE || stop == PHYS_STOP_ROUNDING ||
+                       (stop == PHYS_STOP_STALLED && !s->newton);
+    if (!*found->no_motion || s->system->scene->constraint || !ended)
+        return AD_OK;
+    phys_path_is_singular(s->system, s->settings, s->path, &found->singular, &lost);
+    return phys_keep_memory(&lost, error);
+}
+
 static enum ad_status measure(struct search *s, struct ad_error *error)
 {
     const double *compare = s->settings->compare;
@@ -309,7 +323,7 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
     if (compare)
         found->reference_distance = apart(s, s->path, compare);
     if (find_kind(s, error) != AD_OK || find_forces(s, error) != AD_OK ||
-        compare_motion(s, error) != AD_OK || !found->stationary)
+        compare_motion(s, error) != AD_OK || find_singular(s, error) != AD_OK || !found->stationary)
         return error->status;
     bool rounding = found->spectrum.undetermined;
     struct ad_error lost = {0};
@@ -324,10 +338,6 @@ static enum ad_status measure(struct search *s, struct ad_error *error)
     found->unknown = found->spectrum.undetermined &&
                      (rounding || !isfinite(found->discretisation)) &&
                      !(found->discretisation <= CLEAR * extent(s, s->path));
-    if (*found->no_motion && !s->system->scene->constraint) {
-        phys_path_is_singular(s->system, s->settings, s->path, &found->singular, &lost);
-        phys_keep_memory(&lost, error);
-    }
     if (found->singular) { /* what the grid alone has is no kind of path */
         phys_spectrum_free(&found->spectrum);
         found->spectrum.undetermined = true;

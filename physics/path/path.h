@@ -309,8 +309,8 @@ struct phys_path_found {
     double discretisation;         /* from the path of a rule of higher order; NaN: none nearby */
     bool unknown;  /* undetermined, and far from the path of a rule of higher order: the path is
                         not known */
-    bool singular; /* stationary, and between two slices the motion meets a singularity, which the
-                      path passes in one step: the grid alone may have it */
+    bool singular; /* stationary, or the end of a descent, and between two slices the motion meets a
+                      singularity, which the path passes in one step: the grid alone may have it */
     double true_distance; /* from the motion from the path's own start, by another method ... */
     double true_known;    /* ... and the uncertainty of that motion */
     double free_momentum; /* coordinates free at the end: the largest of the momenta of both ends

@@ -79,11 +79,6 @@ ad_var phys_gas_interaction(ad_var square, const struct gas *s)
     return V;
 }
 
-double phys_gas_side(const struct gas *s)
-{
-    return s->random_start != 0 ? s->box : s->spacing * ceil(sqrt(s->bodies));
-}
-
 ad_var phys_gas_walls(ad_var q, const struct gas *s)
 {
     ad_var side = s->random_start != 0 ? PHYS_PARAM(s, box)

@@ -17,8 +17,6 @@ struct gas {
 ad_var phys_gas_interaction(ad_var square, const struct gas *gas);
 /* The energy of the bodies q [2 bodies x n] in the walls [1 x n]; only with walls. */
 ad_var phys_gas_walls(ad_var q, const struct gas *gas);
-/* Side of the square where the gas starts, about (0.5, 0.5), and where walls keep it. */
-double phys_gas_side(const struct gas *gas);
 /* Its motion: phys_ode_gas with PHYS_GAS_AUTO (gas/gas_motion.c). */
 enum ad_status phys_gas_ode(const struct phys_system *system, struct phys_ode *ode,
                             struct ad_error *error);

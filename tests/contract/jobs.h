@@ -10,7 +10,7 @@
 struct job {
     const char *name;
     enum ad_status (*run)(struct ad_error *error);
-    size_t tried; /* failing allocations to try; 0: 16 */
+    size_t tried; /* failing allocations to try */
 };
 extern const struct job jobs[];
 

@@ -14,7 +14,7 @@ static void what_is_returned_is_the_error(void **state)
         alloc.calls = 0;
         if (job->run(&error) != AD_OK || error.status != AD_OK)
             fail_msg("%s: %s", job->name, error.message);
-        const size_t all = alloc.calls, tried = job->tried ? job->tried : 16;
+        const size_t all = alloc.calls, tried = job->tried;
         const size_t step = (all + tried - 1) / tried;
         size_t refused = 0;
         for (size_t k = 1; k <= all; k += step) {

@@ -213,7 +213,7 @@ static void other_networks_are_refused(void **state)
          HNN_HAMILTONIAN},
         {"{" T("1.weight", "[2,2]", 0, 16) "," T("1.bias", "[2]", 16, 24) "}", "", 24,
          HNN_BASELINE},
-        {"{" T("1.bias", "[2]", 0, 8) "," T("1.weight", "[2,2]", 8, 24) "}", "", 24, HNN_BASELINE},
+        {"{" T("bias", "[2]", 0, 8) "," T("weight", "[2,2]", 8, 24) "}", "", 24, HNN_BASELINE},
         {"{" T("1.weight", "[2,2]", 0, 16) "," T("1.bias", "[2,1]", 16, 24) "}", "another shape",
          24, HNN_BASELINE},
         {"{" T("1.weight", "[8,2]", 0, 64) "," T("2.weight", "[1,8]", 64, 96) "}",

@@ -204,6 +204,8 @@ static void test_past_a_centre(void **state)
     assert_int_equal(shell("$LA path kepler --set e=.98 --json --quiet"), 1);
     assert_mentions(shell_err(), "passes a singularity between two slices");
     assert_true(shell_number("discretisation_error") > 0.19);
+    assert_int_equal(shell("$LA path kepler --set e=.98 --solver lbfgs --quiet"), 1);
+    assert_mentions(shell_err(), "passes a singularity between two slices");
     assert_int_equal(shell("$LA path kepler --start x=1,y=0 --end=x=-1,y=0 --time 3 --slices 51 "
                            "--rule gauss4 --json --quiet"),
                      1);
