@@ -128,9 +128,9 @@ static void measure_density(double a, double b, size_t n, double largest, double
         memmove(f, f + 1, 4 * sizeof *f);
         f[4] = force[i + 2];
         double low = f[0], high = f[0], rough = fabs(f[0] - 4 * f[1] + 6 * f[2] - 4 * f[3] + f[4]);
-        for (int k = 1; k < 5; k++) {
-            low = fmin(low, f[k]);
-            high = fmax(high, f[k]);
+        for (int k = 1; k < 5; k++) { /* without NaN, of which rough is one */
+            low = f[k] < low ? f[k] : low;
+            high = f[k] > high ? f[k] : high;
         }
         double clock = fabs(a + (double)i * step) / step; /* rounding of t, in steps */
         double size = fmax(largest, fmax(fabs(low), fabs(high)));
