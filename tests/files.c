@@ -25,10 +25,12 @@ static int remove_one(const char *path, const struct stat *status, int type, str
     return remove(path);
 }
 
+int files_remove(const char *path) { return nftw(path, remove_one, 8, FTW_DEPTH | FTW_PHYS); }
+
 int files_teardown(void **state)
 {
     (void)state;
-    return nftw(folder.text, remove_one, 8, FTW_DEPTH | FTW_PHYS);
+    return files_remove(folder.text);
 }
 
 static struct path join(const char *base, const char *name)

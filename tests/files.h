@@ -14,6 +14,9 @@ struct path {
 int files_setup(void **state);
 int files_teardown(void **state);
 
+/* Removes a folder with all in it; nonzero: not all of it. */
+int files_remove(const char *path);
+
 /* A name in that folder. */
 struct path files_temporary(const char *name);
 /* Writes `size` bytes to it, and returns it. */

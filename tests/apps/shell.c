@@ -1,6 +1,7 @@
 /* Runs the command under test as a user would (shell.h). */
 #include "shell.h"
 #include "tests/close.h"
+#include "tests/files.h"
 #include "apps/command.h"
 #include "apps/interrupt.h"
 #include "libraries.h"
@@ -56,9 +57,7 @@ int shell_setup(void **state)
 int shell_teardown(void **state)
 {
     (void)state;
-    char command[128];
-    snprintf(command, sizeof command, "rm -rf %s", folder);
-    return system(command);
+    return files_remove(folder);
 }
 
 static void read_file(const char *name, char *text, size_t size)
@@ -203,10 +202,8 @@ size_t shell_files(void)
 
 void shell_clean(void)
 {
-    char command[128];
-    snprintf(command, sizeof command, "find %s/work -mindepth 1 -delete", folder);
-    if (system(command) != 0)
-        fprintf(stderr, "%s/work cannot be emptied\n", folder);
+    if (files_remove(shell_path("")) != 0 || mkdir(path, 0777) != 0)
+        fprintf(stderr, "%s cannot be emptied\n", path);
 }
 
 int shell_empty(void **state)

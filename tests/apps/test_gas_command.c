@@ -49,10 +49,8 @@ static void test_pictures(void **state)
                            "--dt .2 --time 20 --samples 5 --plot a.gif --quiet"),
                      0);
     assert_int_equal(
-        shell("$LA simulate gas --integrator verlet --set bodies=20 --time 4 --plot a.png"), 0);
-    assert_int_equal(shell("$LA chart gas --quick --out . --json"), 0);
-    assert_non_null(strstr(shell_last_line(), "\"crossover\": "));
-    assert_int_equal(shell_files(), 5); /* a.gif a.png gas.csv gas-order.csv gas.svg */
+        shell("$LA simulate gas --integrator verlet --set bodies=20 --time 1 --plot a.png"), 0);
+    assert_int_equal(shell_files(), 2);
 }
 
 static void test_refusals(void **state)

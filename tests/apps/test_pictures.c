@@ -117,7 +117,7 @@ static void test_texts_are_apart(void **state)
         "simulate arenstorf",
         "simulate ./chain.so --set masses=8 --time 5",
         "simulate ephemeris --data $ROOT/tests/data/horizons --days 20", /* space */
-        "simulate gas --set bodies=20 --time 4",
+        "simulate gas --set bodies=20 --time 1",
         "quantum", /* few samples: a curve each */
         "quantum --scene harmonic --steps 40",
         "quantum --scene double-slit --points 170",

@@ -274,19 +274,6 @@ static void test_paper(void **state)
     assert_int_equal(shell("$LA quantum --preset paper --scale 3"), 2);
 }
 
-static void test_chart(void **state)
-{
-    (void)state;
-    if (shell("command -v gnuplot") != 0) {
-        print_message("skipped: no gnuplot\n");
-        skip();
-    }
-    shell_clean();
-    assert_int_equal(shell("$LA chart quantum --quick --out . --json"), 0);
-    assert_true(number("fft") > 0);     /* seconds to one per cent in the double well */
-    assert_int_equal(shell_files(), 3); /* quantum.csv quantum.svg quantum-slices.csv */
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -301,7 +288,6 @@ int main(void)
         cmocka_unit_test(test_shared_object),
         cmocka_unit_test(test_double_slit),
         cmocka_unit_test(test_paper),
-        cmocka_unit_test(test_chart),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }

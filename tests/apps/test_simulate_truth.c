@@ -98,7 +98,7 @@ static void test_narrow_forces(void **state)
     build("narrow");
     size_t missed = 0, met = 0;
     for (size_t i = 0; i < LENGTH(places); i++)
-        for (size_t k = i % 2; k < LENGTH(widths); k += i == 0 ? 1 : 2)
+        for (size_t k = i % 2; k < LENGTH(widths); k += i == 0 && k > 0 ? 1 : 2)
             for (int pulse = i == 2; pulse < 2 - (i == 1); pulse++) {
                 int status = shell("$LA simulate ./narrow.so --time 10 --tol 1e-9 --json %s "
                                    "--set s=%g --set w=%g --set %s=1",
@@ -215,16 +215,19 @@ static void test_events_of_fixed_steps(void **state)
         "verlet --dt 0.01",   "yoshida6 --dt 0.1",  "gauss4 --dt 0.25",
         "dopri5 --tol 1e-10", "dop853 --tol 1e-12", "variational-gauss4 --dt 0.2"};
     static const double values[] = {0.3, 0, -0.99999999, 0.99999999};
-    for (size_t i = 0; i < LENGTH(methods); i++)
+    for (size_t i = 0; i < LENGTH(methods); i++) {
+        shell_works("$LA simulate spring --set m=1 --set k=1 --set q0=1 --set v0=0 --time 6.28 "
+                    "--samples 500 --json --integrator %s --event q=%.17g --event q=%.17g "
+                    "--event q=%.17g --event q=%.17g",
+                    methods[i], values[0], values[1], values[2], values[3]);
         for (size_t k = 0; k < LENGTH(values); k++) {
-            shell_works("$LA simulate spring --set m=1 --set k=1 --set q0=1 --set v0=0 --time 6.28 "
-                        "--samples 500 --json --integrator %s --event q=%.17g",
-                        methods[i], values[k]);
             double error = shell_number("error"), root = acos(values[k]), speed = sin(root);
             const char *at = shell_last_line();
+            char event[64];
+            snprintf(event, sizeof event, "{\"event\": \"q=%.17g\"", values[k]);
             for (int n = 0; n < 2; n++) {
                 double t = n == 0 ? root : 2 * M_PI - root, found;
-                at = strstr(at, "{\"event\"");
+                at = strstr(at, event);
                 if (n == 1 && t > 6.28) { /* not in this time */
                     assert_null(at);
                     break;
@@ -242,6 +245,7 @@ static void test_events_of_fixed_steps(void **state)
                 assert_true(said <= 20 * (error + 1e-15) / speed);
             }
         }
+    }
 }
 
 /* No more digits of a time are printed than its uncertainty leaves; six, where that is not known.

@@ -288,7 +288,7 @@ const struct job jobs[] = {
     {"model", model, 16},
     {"training", training, 16},
     {"mass", mass_of_a_network, 16},
-    {"network", own_network, 500},
+    {"network", own_network, 250},
     {"all paths", all_paths, 16},
     {"kernel", packet_by_kernel, 16},
     {"fft", packet_by_fft, 16},

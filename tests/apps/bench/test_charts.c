@@ -1,5 +1,5 @@
-/* Charts of derivatives, jobs and networks: their files have the documented columns, rows and
-   numbers. No times are asserted. */
+/* Charts of derivatives, jobs, networks, wave packets and the gas: their files have the documented
+   columns, rows and numbers. No times are asserted. */
 #include "chart_table.h"
 #include "tests/apps/picture_text.h"
 #include "tests/apps/shell.h"
@@ -283,6 +283,24 @@ static void test_hnn_files(void **state)
     expect_files(sizeof names / sizeof *names, names);
 }
 
+static void test_quantum(void **state)
+{
+    (void)state;
+    shell_works("$LA chart quantum --quick --out . --json");
+    assert_true(shell_number("fft") > 0); /* seconds to one per cent in the double well */
+    static const char *const names[] = {"quantum.csv", "quantum.svg", "quantum-slices.csv"};
+    expect_files(sizeof names / sizeof *names, names);
+}
+
+static void test_gas(void **state)
+{
+    (void)state;
+    shell_works("$LA chart gas --quick --out . --json");
+    assert_true(shell_number("crossover") > 0);
+    static const char *const names[] = {"gas.csv", "gas.svg", "gas-order.csv"};
+    expect_files(sizeof names / sizeof *names, names);
+}
+
 static void test_wrong_format(void **state)
 {
     (void)state;
@@ -307,6 +325,8 @@ int main(void)
         cmocka_unit_test(test_hnn_learning),
         cmocka_unit_test(test_hnn_rollouts),
         cmocka_unit_test(test_hnn_files),
+        cmocka_unit_test_setup(test_quantum, shell_empty),
+        cmocka_unit_test_setup(test_gas, shell_empty),
     };
     return cmocka_run_group_tests_name("charts", tests, shell_setup, shell_teardown);
 }

@@ -98,7 +98,7 @@ static enum ad_status on_the_top(const void *params, uint64_t seed, double *q, d
 
 static void none_is_left_out_from_the_top(void **state)
 {
-    enum { SLICES = 81 };
+    enum { SLICES = 41 };
     static const double to[] = {-1.33, 0.7, 0};
     const struct phys_scene scene = scene_of("wells", 1, wells, SLICES, 0.25, on_the_top);
     struct phys_system system;
