@@ -35,7 +35,7 @@ static const char *const runs[] = {
     "simulate figure8 --tol 1e-8 --reverse",
     "simulate pendulum --event theta=1.57 --event v_theta=0.1 --horizon 1e-9 --lyapunov 2",
     "simulate dblpend --integrator rk4 --dt 0.02 --time 20",
-    "simulate gas --set bodies=12 --integrator verlet --dt 0.1 --time 2",
+    "simulate gas --set bodies=12 --integrator verlet --dt 0.1 --time 1",
     "simulate ephemeris --data $ROOT/tests/data/horizons --days 20 --reverse",
     "simulate ephemeris --data $ROOT/tests/data/horizons --days 5 --tol 1e6",
 };

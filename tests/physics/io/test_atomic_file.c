@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-enum { THREADS = 4, TIMES = 2000 };
+enum { THREADS = 4, TIMES = 800 };
 
 static char target[64];
 

@@ -123,8 +123,8 @@ static void test_one_coordinate(void **state)
 static void test_two_coordinates(void **state)
 {
     (void)state;
-    struct job j = {.scene = "kepler", .name = "gm", .value = 1, .slices = 21, .time = 3};
-    check(&j, 1, true);
+    struct job j = {.scene = "kepler", .name = "gm", .value = 1, .slices = 21, .time = 1.5};
+    check(&j, 2, true);
 }
 
 static void test_many_coordinates(void **state)
