@@ -39,10 +39,10 @@ static void boxes_and_modes_are_chosen(void **state)
     shell_works("$LA modes double-well --within x=.5:3 --json");
     assert_mentions(shell_last_line(), "\"q\": [1.5]");
     assert_int_equal(shell("$LA modes double-well --within y=0:1"), 2);
-    assert_mentions(shell_err(), "--within: expected a coordinate of double-well, got 'y'");
+    assert_mentions(shell_err(), "--within double-well 'y'");
     assert_int_equal(shell("$LA modes double-well --within x=1:0"), 2);
     assert_int_equal(shell("$LA modes double-well --equilibrium 9"), 2);
-    assert_mentions(shell_err(), "--equilibrium: expected at most 3, got 9");
+    assert_mentions(shell_err(), "--equilibrium 3 9");
     assert_int_equal(shell("$LA modes double-well --mode 2"), 2);
     assert_int_equal(shell("$LA modes kepler"), 1);
     assert_mentions(shell_err(), "no equilibrium");
@@ -64,15 +64,15 @@ static void a_family_begins_with_a_mode(void **state)
     assert_int_equal(shell("$LA simulate pendulum --set l=1 --periodic 6.4 --continue energy=-1 "
                            "--csv f.csv --out f.h5 --plot f.svg --quiet"),
                      1);
-    assert_mentions(shell_err(), "energy not reached rest");
+    assert_mentions(shell_err(), "energy rest");
     shell_works("$LA simulate cr3bp --mode 3 --continue mu=.3:.29 --hold energy --no-reference");
     assert_int_equal(shell("$LA simulate sine-gordon --periodic 12 --continue sites=99:98"), 2);
-    assert_mentions(shell_err(), "changes number of coordinates");
+    assert_mentions(shell_err(), "sites");
     assert_int_equal(shell("$LA simulate pendulum --set l=1 --periodic 6.3 --continue l=1.1:1.2 "
                            "--hold energy"),
                      2);
     assert_int_equal(shell("$LA simulate cubic --mode 1 --continue energy=.3"), 1); /* it escapes */
-    assert_mentions(shell_err(), "energy=.3 lost beyond 0.166666667");
+    assert_mentions(shell_err(), "energy=.3 0.166666667");
     shell_works("tail -1 f.csv | grep -q ',rest,6.28318530' && test -s f.svg && $LA dump f.h5 | "
                 "grep -q family/state");
 }

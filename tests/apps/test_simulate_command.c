@@ -194,7 +194,7 @@ static void test_events(void **state)
 
     assert_int_equal(shell("$LA simulate kepler --until x=3"), 1); /* with the results so far */
     assert_mentions(shell_err(), "--until x=3");
-    assert_non_null(strstr(shell_out(), "not in this time"));
+    assert_mentions(shell_out(), "x=3");
     /* the end of its axis */
     shell_works("$LA simulate kepler --until distance:1=1 --integrator gauss4 --dt 0.1 --json");
     assert_true(has("\"stop\": \"event\""));
@@ -247,9 +247,9 @@ static void test_near_touches(void **state)
 {
     (void)state;
     shell_works("$LA simulate spring --set k=4 --time 31.3 --event q=1.0000000001");
-    assert_non_null(strstr(shell_err(), "it may cross there"));
+    assert_mentions(shell_err(), "q=1.0000000001 8");
     shell_works("$LA simulate spring --set k=4 --time 31.3 --event q=1.0001");
-    assert_null(strstr(shell_err(), "it may cross there"));
+    assert_string_equal(shell_err(), "");
 }
 
 /* Rows in their order, each as that motion alone; what fails is named, and the rest is there. */

@@ -74,16 +74,16 @@ static void what_fails_is_told(void **state)
 {
     (void)state;
     assert_int_equal(shell("$LA " SMALL "--sweep lr=1e-2,1e38,2e-2 --csv f.csv --json"), 1);
-    assert_mentions(shell_err(), "1 of 3 runs did not reach what was asked; at lr = 1e38: ");
+    assert_mentions(shell_err(), "1 of 3 lr = 1e38");
     shell_works("grep '^9.9*[0-9]*e+37,1,,\\|^1e+38,1,,' f.csv && ls model-lr=2e-2.h5 && "
                 "! ls model-lr=1e38.h5 2>/dev/null");
     assert_int_equal(shell("$LA rollout model.h5 --x0 1,0 --time 1 --json"), 1);
-    assert_mentions(shell_err(), "1 of 3 models cannot be followed");
+    assert_mentions(shell_err(), "1 of 3 models");
     assert_true(shell_number("members") == 2 && shell_number("missed") == 1);
     assert_int_equal(shell("$LA " SMALL "--steps 1000000000 --seeds 1:3 & "
                            "pid=$!; " SHELL_INTERRUPT),
                      1);
-    assert_mentions(shell_err(), "ended on request in run 1 of 3; --resume goes on");
+    assert_mentions(shell_err(), "run 1 of 3 --resume");
 }
 
 static void spread_is_that_of_the_members(void **state)
@@ -124,7 +124,7 @@ static void spread_is_that_of_the_members(void **state)
         shell("$LA rollout there/m.h5 --x0 1,0 --time 1 --quiet --csv there/m-seed=1.h5"), 2);
     shell_works("cmp there/m-seed=2.h5 kept.h5 && cp there/m-seed=1.h5 there/m-seed=2.h5");
     assert_int_equal(shell("$LA rollout there/m.h5 --x0 1,0 --time 1 --quiet"), 2);
-    assert_mentions(shell_err(), "there/m-seed=2.h5: not the model of the table");
+    assert_mentions(shell_err(), "there/m-seed=2.h5");
     shell_works("cp kept.h5 there/m-seed=2.h5 && $LA rollout there/m.h5 --x0 1,0 --time 1");
 }
 
@@ -144,7 +144,7 @@ static void tables_are_whole(void **state)
     assert_int_equal(shell("$LA simulate pendulum --time 1 --scan theta0=1:2:3 --curves dt,energy "
                            "--csv kept.csv --out kept.h5 --plot lost.svg --quiet"),
                      2);
-    assert_mentions(shell_err(), "--curves: 'dt' has no value in any run");
+    assert_mentions(shell_err(), "--curves 'dt'");
     shell_works("wc -l <kept.csv && $LA dump kept.h5 >/dev/null && ! ls lost.svg 2>/dev/null");
     assert_int_equal(atoi(shell_out()), 4);
 }
