@@ -88,19 +88,109 @@ static bool root_of(const struct writer *w, const struct instruction *in, uint32
     return false;
 }
 
-void ad_native_prepare(const struct writer *w, const struct instruction *in)
+/* Guesses, corrected; what they cannot do is found for four rows together. */
+static void write_newton(struct writer *w, const struct instruction *in, uint32_t from, uint32_t to)
+{
+    const bool root = is_of(w, in, AD_OP_sqrt);
+    const bool zero = root ? is_zero_inverted(w, in->loc[0]) : is_of(w, in, AD_OP_recip0);
+    const char *name = root ? "root" : "recip";
+    const uint32_t y = in->loc[0], last = to - 1;
+    for (w->k = from; w->k < to; w->k++) {
+        ad_native_say(w, "struct newton@ y%u_%u = newton_%s@(", y, w->k, name);
+        ad_native_name(w, in->loc[1]);
+        ad_native_say(w, ");\n");
+    }
+    ad_native_say(w, "if (__builtin_expect(nan@(");
+    for (uint32_t k = from; k < from + MAX_BESIDE; k++)
+        ad_native_say(w, "%sy%u_%u.recip", k > from ? ", " : "", y, k < to ? k : last);
+    ad_native_say(w, "), 0)) {\n");
+    for (w->k = from; w->k < to; w->k++) {
+        ad_native_say(w, "y%u_%u = exact_%s@(y%u_%u, ", y, w->k, name, y, w->k);
+        ad_native_name(w, in->loc[1]);
+        ad_native_say(w, ", %d);\n", zero);
+    }
+    ad_native_say(w, "}\n");
+}
+
+/* ---- time differences ---- */
+
+/* scale*(x[i+1] - x[i]); a repeated last column is the one before. `at` numbers the columns of a
+   vector that contains such a column. */
+static void write_diff(struct writer *w, const struct instruction *in, uint32_t from, uint32_t to)
+{
+    const uint32_t last = w->g->cols - 1, x = in->loc[0];
+    for (w->k = from; w->k < to; w->k++) {
+        ad_native_say(w, "const char *x%u_%u = ", x, w->k);
+        ad_native_address(w, &w->p->locs[in->loc[1]]);
+        ad_native_say(w, "; V@ h%u_%u = load@(x%u_%u), n%u_%u = load@(x%u_%u + sizeof(R));\n", x,
+                      w->k, x, w->k, x, w->k, x, w->k);
+    }
+    if (!in->loc[3])
+        return;
+    ad_native_say(w, "if (c + @ > %u) { const I@ at = columns@(c);\n", last);
+    for (uint32_t k = from; k < to; k++)
+        ad_native_say(w,
+                      "n%u_%u = pick@(at == %u, h%u_%u, n%u_%u);"
+                      " h%u_%u = pick@(at == %u, load@(x%u_%u - sizeof(R)), h%u_%u);\n",
+                      x, k, last, x, k, x, k, x, k, last, x, k, x, k);
+    ad_native_say(w, "}\n");
+}
+
+/* scale*(u[i-1] - u[i]), where u is zero outside and a repeated column is added to the one before.
+   Among several segments u comes from this vector of columns, and the lane before it from the
+   vector before. */
+static void write_diff_adjoint(struct writer *w, const struct instruction *in, uint32_t from,
+                               uint32_t to)
+{
+    const uint32_t last = w->g->cols - 1, u = in->loc[0];
+    for (w->k = from; w->k < to; w->k++) {
+        ad_native_say(w, "const char *u%u_%u = ", u, w->k);
+        ad_native_address(w, &w->p->locs[in->loc[1]]);
+        ad_native_say(w, "; V@ h%u_%u = ", u, w->k);
+        ad_native_fetch(w, &w->p->locs[in->loc[1]]);
+        ad_native_say(w,
+                      w->n_joined
+                          ? ", b%u_%u = shift@(u%u_%u - (c - behind) * sizeof(R), h%u_%u);\n"
+                          : ", b%u_%u = load@(u%u_%u - sizeof(R));\n",
+                      u, w->k, u, w->k, u, w->k);
+    }
+    ad_native_say(w, "if (c == 0 || c + @ + 1 > %u) { const I@ at = columns@(c);\n", last);
+    for (uint32_t k = from; k < to; k++) {
+        if (w->n_joined && w->ragged)
+            ad_native_say(w, "if (c != next) b%u_%u = load@(u%u_%u - sizeof(R));\n", u, k, u, k);
+        ad_native_say(w, "b%u_%u = only@(at != 0, b%u_%u); h%u_%u = only@(at != %u, h%u_%u);\n", u,
+                      k, u, k, u, k, last, u, k);
+        if (in->loc[3])
+            ad_native_say(
+                w,
+                "{ const V@ more = splat@(u%u_%u + (c + @ + 1 > %u ? %u - c : 0) * sizeof(R)); "
+                "b%u_%u += only@(at == %u, more); h%u_%u += only@(at == %u, more); }\n",
+                u, k, last, last, u, k, last, u, k, last - 1);
+    }
+    ad_native_say(w, "}\n");
+}
+
+/* ---- before the values of rows ---- */
+
+void ad_native_prepare(struct writer *w, const struct instruction *in, uint32_t from, uint32_t to)
 {
     uint32_t root;
-    if (is_of(w, in, AD_OP_sqrt) && root_of(w, in, &root)) {
-        ad_native_say(w, "const struct roots@ y%u_%u = newton_roots@(", root, w->k);
-        ad_native_name(w, in->loc[1]);
-        ad_native_say(w, ", %d);\n", is_zero_inverted(w, root));
+    bool of_root = root_of(w, in, &root);
+    if (of_root ? is_of(w, in, AD_OP_sqrt) : w->newton && is_recip(w, in)) {
+        write_newton(w, in, from, to);
+        return;
     }
+    if (in->kind == DO_DIFF)
+        write_diff(w, in, from, to);
+    if (in->kind == DO_DIFF_ADJOINT)
+        write_diff_adjoint(w, in, from, to);
     if (in->kind != DO_ELEMENTWISE || !is_of_both(w, in) || first_of_both(w, in) != in)
         return;
-    ad_native_say(w, "const struct both@ b%u_%u = sincos@(", in->loc[0], w->k);
-    ad_native_name(w, in->loc[1]);
-    ad_native_say(w, ");\n");
+    for (w->k = from; w->k < to; w->k++) {
+        ad_native_say(w, "const struct both@ b%u_%u = sincos@(", in->loc[0], w->k);
+        ad_native_name(w, in->loc[1]);
+        ad_native_say(w, ");\n");
+    }
 }
 
 /* ---- any operation ---- */
@@ -119,9 +209,7 @@ static void elementwise(const struct writer *w, const struct instruction *in)
         return;
     }
     if (w->newton && is_recip(w, in)) {
-        ad_native_say(w, "newton_recip@(");
-        ad_native_name(w, in->loc[1]);
-        ad_native_say(w, ", %d)", op == AD_OP_recip0);
+        ad_native_say(w, "y%u_%u.recip", in->loc[0], w->k);
         return;
     }
     bool whole = op == AD_OP_powi && whole_exponent(w, &w->p->locs[in->loc[2]], &exponent);
@@ -135,68 +223,11 @@ static void elementwise(const struct writer *w, const struct instruction *in)
     ad_native_say(w, ")");
 }
 
-/* scale*(x[i+1] - x[i]); a repeated last column is the one before. `at` numbers the columns of a
-   vector that contains such a column. */
-static void diff(const struct writer *w, const struct instruction *in)
-{
-    uint32_t last = w->g->cols - 1;
-    ad_native_say(w, "({ const char *x = ");
-    ad_native_address(w, &w->p->locs[in->loc[1]]);
-    ad_native_say(w, "; V@ here = load@(x), next = load@(x + sizeof(R)); ");
-    if (in->loc[3])
-        ad_native_say(w,
-                      "if (c + @ > %u) { const I@ at = columns@(c); const V@ before = load@(x - "
-                      "sizeof(R)); next = pick@(at == %u, here, next); here = pick@(at == %u, "
-                      "before, here); } ",
-                      last, last, last);
-    ad_native_say(w, "(R)%a * (next - here); })", w->p->numbers[in->loc[2]]);
-}
-
-/* scale*(u[i-1] - u[i]), where u is zero outside and a repeated column is added to the one before.
-   Among several segments u may come from this vector of columns, and the lane before it from the
-   vector before. */
-static void diff_adjoint(struct writer *w, const struct instruction *in)
-{
-    uint32_t last = w->g->cols - 1;
-    ad_native_say(w, "({ const char *u = ");
-    ad_native_address(w, &w->p->locs[in->loc[1]]);
-    ad_native_say(w, "; V@ here = ");
-    ad_native_fetch(w, &w->p->locs[in->loc[1]]);
-    if (w->n_joined)
-        ad_native_say(w, ", before = shift@(b%u_%u, here); b%u_%u = here; ", in->loc[0], w->k,
-                      in->loc[0], w->k);
-    else
-        ad_native_say(w, ", before = load@(u - sizeof(R)); ");
-    ad_native_say(w, "if (c == 0 || c + @ + 1 > %u) { const I@ at = columns@(c); ", last);
-    if (w->n_joined && w->ragged)
-        ad_native_say(w, "if (c != next) before = load@(u - sizeof(R)); ");
-    ad_native_say(w, "before = only@(at != 0, before); here = only@(at != %u, here); ", last);
-    if (in->loc[3])
-        ad_native_say(w,
-                      "const V@ more = splat@(u + (c + @ + 1 > %u ? %u - c : 0) * sizeof(R)); "
-                      "before += only@(at == %u, more); here += only@(at == %u, more); ",
-                      last, last, last, last - 1);
-    ad_native_say(w, "} (R)%a * (before - here); })", w->p->numbers[in->loc[2]]);
-}
-
-void ad_native_carry(struct writer *w)
-{
-    for (const struct instruction *in = w->first; in < w->end; in++)
-        for (w->k = 0; in->kind == DO_DIFF_ADJOINT && w->k < w->g->rows; w->k++) {
-            ad_native_say(w, "V@ b%u_%u; { const size_t c = col; b%u_%u = splat@(", in->loc[0],
-                          w->k, in->loc[0], w->k);
-            ad_native_address(w, &w->p->locs[in->loc[1]]);
-            ad_native_say(w, " - sizeof(R)); }\n");
-        }
-    w->k = 0;
-}
-
 void ad_native_operation(struct writer *w, const struct instruction *in)
 {
     if (in->kind == DO_ELEMENTWISE)
         elementwise(w, in);
-    else if (in->kind == DO_DIFF)
-        diff(w, in);
     else
-        diff_adjoint(w, in);
+        ad_native_say(w, "(R)%a * (%c%u_%u - %c%u_%u)", w->p->numbers[in->loc[2]],
+                      in->kind == DO_DIFF ? 'n' : 'b', in->loc[0], w->k, 'h', in->loc[0], w->k);
 }

@@ -60,7 +60,7 @@ static void write_part(struct writer w, uint32_t part)
                   " size_t chunk, size_t r, size_t c%s, struct parts%u *a)\n{\n",
                   w.walk->number, part, w.ragged ? ", size_t next, I@ on" : "", w.walk->number);
     for (const struct instruction *in = w.first; in < w.end; in++)
-        ad_native_instruction(&w, in);
+        ad_native_instruction(&w, in, 0, 1);
     ad_native_say(&w, "}\n");
     ad_native_forget_rows(&w);
 }

@@ -64,7 +64,7 @@ static void write_half(const struct pipeline *l, bool head)
     struct writer *w = l->w;
     for (const struct instruction *in = w->first; in < w->end; in++)
         if (l->head[in - w->first] == head)
-            ad_native_instruction(w, in);
+            ad_native_instruction(w, in, 0, 1);
     if (head)
         write_carried(l, "p%u = v%u_0;\n");
     ad_native_forget_rows(w);

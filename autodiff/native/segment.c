@@ -30,14 +30,8 @@ static uint32_t count_known(const struct writer *w)
 
 /* ---- instructions ---- */
 
-void ad_native_instruction(struct writer *w, const struct instruction *in)
+static void write_value(struct writer *w, const struct instruction *in)
 {
-    ad_native_declare(w, in, INNER);
-    if (is_sum(in)) {
-        ad_native_add(w, in);
-        return;
-    }
-    ad_native_prepare(w, in);
     w->known[in->loc[0]] |= 1u << w->k;
     ad_native_say(w, "const V@ ");
     ad_native_name(w, in->loc[0]);
@@ -57,6 +51,18 @@ void ad_native_instruction(struct writer *w, const struct instruction *in)
     }
 }
 
+void ad_native_instruction(struct writer *w, const struct instruction *in, uint32_t from,
+                           uint32_t to)
+{
+    for (w->k = from; w->k < to; w->k++)
+        ad_native_declare(w, in, INNER);
+    if (!is_sum(in))
+        ad_native_prepare(w, in, from, to);
+    for (w->k = from; w->k < to; w->k++)
+        (is_sum(in) ? ad_native_add : write_value)(w, in);
+    w->k = 0;
+}
+
 void ad_native_forget_rows(struct writer *w)
 {
     for (uint32_t i = 0; i < w->n_known; i++)
@@ -67,9 +73,7 @@ void ad_native_forget_rows(struct writer *w)
 static void write_rows(struct writer *w, uint32_t from, uint32_t to)
 {
     for (const struct instruction *in = w->first; in < w->end; in++)
-        for (w->k = from; w->k < to; w->k++)
-            ad_native_instruction(w, in);
-    w->k = 0;
+        ad_native_instruction(w, in, from, to);
 }
 
 static void write_instructions(struct writer *w, uint32_t beside)
@@ -172,7 +176,7 @@ static bool enter(struct writer *w, const struct loop_order *walk)
     w->end = w->first + w->g->count;
     w->ragged = (walk->along_rows ? w->g->rows : w->g->cols) % walk->lanes != 0;
     w->newton = ad_native_newton(w);
-    return ad_native_find_scatters(w);
+    return ad_native_find_targets(w);
 }
 
 static void write_head(const struct writer *w, char kind)
@@ -242,9 +246,9 @@ static bool write_joined(struct writer *w, size_t n, const struct loop_order wal
         ad_native_declare_sums(w);
         ad_native_sums(w, OPEN_SEGMENT);
         ad_native_declare_all(w, FUNCTION);
-        ad_native_carry(w);
     }
     open_vectors(w);
+    ad_native_say(w, "const size_t behind = c < @ ? c : c - @;\n");
     for (size_t k = 0; k < n && done; k++)
         done = enter(w, &walks[k]) && write_columns(w);
     ad_native_say(w, "}\n");
@@ -267,6 +271,6 @@ bool ad_native_segment(FILE *out, const ad_program *p, size_t n, const struct lo
     }
     w.known = calloc(w.n_known + 1, sizeof *w.known);
     done = done && w.known && (n > 1 ? write_joined(&w, n, walks) : write_alone(&w));
-    AD_FREE(w.known, w.crosses, w.scattered);
+    AD_FREE(w.known, w.crosses, w.targets);
     return done;
 }

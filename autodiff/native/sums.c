@@ -6,27 +6,26 @@
 
    These are local variables of the segment's function; in a segment of several parts, members of a
    structure that the parts share. */
-#include "writer.h"
+#include "sums.h"
 
 #include <stdlib.h>
 
-bool ad_native_find_scatters(struct writer *w)
+bool ad_native_find_targets(struct writer *w)
 {
-    free(w->scattered);
-    w->scattered = calloc(w->g->n_sinks + 1, 1);
-    for (const struct instruction *in = w->first; in < w->end && w->scattered; in++)
+    free(w->targets);
+    w->targets = calloc(w->g->n_sinks + 1, sizeof *w->targets);
+    for (const struct instruction *in = w->first; in < w->end && w->targets; in++)
         if (in->kind == DO_ADD_ROWS && w->p->locs[in->loc[0]].list)
-            w->scattered[in->loc[3] - w->g->first_sink] = 1;
-    return w->scattered;
+            w->targets[in->loc[3] - w->g->first_sink].listed = true;
+    return w->targets;
 }
 
-/* The target row comes from an index list. */
-static bool scatters(const struct writer *w, uint32_t sink)
+bool ad_native_scatters(const struct writer *w, uint32_t sink)
 {
-    return w->scattered[sink - w->g->first_sink];
+    return w->targets[sink - w->g->first_sink].listed;
 }
 
-static const char *name(const struct writer *w) { return w->crosses ? "a->a" : "a"; }
+const char *ad_native_sum(const struct writer *w) { return w->crosses ? "a->a" : "a"; }
 
 static bool in_array(const struct writer *w, uint32_t sink)
 {
@@ -34,14 +33,13 @@ static bool in_array(const struct writer *w, uint32_t sink)
            w->p->sinks[sink].rows * w->walk->lanes * w->p->element <= MAX_ARRAY_BYTES;
 }
 
-static size_t row_bytes(const struct writer *w, uint32_t sink)
+size_t ad_native_row_bytes(const struct writer *w, uint32_t sink)
 {
     const struct loc *o = &w->p->locs[w->p->instructions[w->p->sinks[sink].instruction].value];
     return (o->base == BASE_WINDOW ? o->rs : w->p->sinks[sink].cols) * w->p->element;
 }
 
-/* Start of the rows that are accumulated into: the chunk's private copy, or the result. */
-static void write_rows(const struct writer *w, uint32_t sink)
+void ad_native_rows(const struct writer *w, uint32_t sink)
 {
     const struct sink *s = &w->p->sinks[sink];
     if (w->g->by_rows && w->g->chunks > 1)
@@ -57,10 +55,10 @@ static void write_partial(const struct writer *w, const struct sink *s)
                   s->stride);
 }
 
-static bool kept_for_columns(const struct writer *w, uint32_t sink)
+bool ad_native_kept_for_columns(const struct writer *w, uint32_t sink)
 {
     return w->p->sinks[sink].kind == DO_ADD_ROWS && w->walk->rows_inside &&
-           (in_array(w, sink) || !scatters(w, sink));
+           (in_array(w, sink) || !ad_native_scatters(w, sink));
 }
 
 /* A sum over the columns of the outer loop's row. */
@@ -69,25 +67,50 @@ static bool of_one_row(const struct writer *w, uint32_t sink)
     return w->p->sinks[sink].kind == DO_SUM_COLS && !w->walk->along_rows && !w->walk->rows_inside;
 }
 
-static bool in_doubles(const struct writer *w, uint32_t sink)
+bool ad_native_in_doubles(const struct writer *w, uint32_t sink)
 {
     if (w->p->sinks[sink].kind == DO_SUM_COLS)
         return of_one_row(w, sink);
-    return w->p->sinks[sink].kind == DO_SUM || (w->walk->along_rows && !scatters(w, sink));
+    return w->p->sinks[sink].kind == DO_SUM ||
+           (w->walk->along_rows && !ad_native_scatters(w, sink));
+}
+
+bool ad_native_has_runs(const struct writer *w, const struct instruction *in)
+{
+    enum { SHORTEST = 4 };
+    const struct loc *o = &w->p->locs[in->loc[0]];
+    uint32_t changes = 1;
+    if (in->kind != DO_ADD_ROWS || !o->list || w->crosses || w->walk->literal ||
+        !ad_native_kept_for_columns(w, in->loc[3]))
+        return false;
+    for (const uint32_t *l = w->p->lists + o->list, *end = l + w->g->rows - 1; l < end; l++)
+        changes += l[0] != l[-1];
+    return changes * SHORTEST <= w->g->rows;
+}
+
+/* The first of them from `in` on that adds to a sink, or NULL. */
+static const struct instruction *next_run(const struct writer *w, uint32_t sink,
+                                          const struct instruction *in)
+{
+    while (in < w->end && !(is_sum(in) && in->loc[3] == sink && ad_native_has_runs(w, in)))
+        in++;
+    return in < w->end ? in : NULL;
 }
 
 void ad_native_declare_sums(const struct writer *w)
 {
     for (uint32_t k = 0; k < w->g->n_sinks; k++) {
         uint32_t sink = w->g->first_sink + k;
-        if (in_doubles(w, sink))
+        if (ad_native_in_doubles(w, sink))
             ad_native_say(w, "D@ a%u;\n", sink);
         else if (w->p->sinks[sink].kind == DO_SUM_COLS)
             ad_native_say(w, "double *a%u;\n", sink);
-        else if (kept_for_columns(w, sink) && scatters(w, sink))
+        else if (ad_native_kept_for_columns(w, sink) && ad_native_scatters(w, sink))
             ad_native_say(w, "V@ a%u[%u];\n", sink, w->p->sinks[sink].rows);
-        else if (kept_for_columns(w, sink))
+        else if (ad_native_kept_for_columns(w, sink))
             ad_native_say(w, "V@ a%u;\n", sink);
+        for (const struct instruction *in = w->first; (in = next_run(w, sink, in)); in++)
+            ad_native_say(w, "V@ f%u; size_t i%u;\n", run_of(w, in), run_of(w, in));
     }
 }
 
@@ -99,16 +122,17 @@ static void open_sink(struct writer *w, uint32_t sink)
     if (of_one_row(w, sink))
         return;
     if (s->kind == DO_SUM_COLS) {
-        ad_native_say(w, "%s%u = ", name(w), sink);
+        ad_native_say(w, "%s%u = ", ad_native_sum(w), sink);
         write_partial(w, s);
-        ad_native_say(w, ";\nfor (size_t r = row; r < row_end; r++) %s%u[r] = 0;\n", name(w), sink);
-    } else if (in_doubles(w, sink)) {
-        ad_native_say(w, "%s%u = (D@){0};\n", name(w), sink);
-    } else if (!kept_for_columns(w, sink)) {
+        ad_native_say(w, ";\nfor (size_t r = row; r < row_end; r++) %s%u[r] = 0;\n",
+                      ad_native_sum(w), sink);
+    } else if (ad_native_in_doubles(w, sink)) {
+        ad_native_say(w, "%s%u = (D@){0};\n", ad_native_sum(w), sink);
+    } else if (!ad_native_kept_for_columns(w, sink)) {
         ad_native_say(w, "for (size_t r = 0; r < %u; r++) __builtin_memset(", s->rows);
-        write_rows(w, sink);
-        ad_native_say(w, " + r * %zu + col * %zu, 0, (col_end - col) * %zu);\n", row_bytes(w, sink),
-                      w->p->element, w->p->element);
+        ad_native_rows(w, sink);
+        ad_native_say(w, " + r * %zu + col * %zu, 0, (col_end - col) * %zu);\n",
+                      ad_native_row_bytes(w, sink), w->p->element, w->p->element);
     }
 }
 
@@ -124,17 +148,17 @@ static void close_sink(struct writer *w, uint32_t sink)
         ad_native_say(w,
                       "for (size_t r = row; r < row_end; r++)"
                       " store1(m + %zu + r * sizeof(R), (R)%s%u[r]);\n",
-                      off, name(w), sink);
+                      off, ad_native_sum(w), sink);
     } else if (s->kind == DO_SUM && whole) {
-        ad_native_say(w, "store1(m + %zu, (R)total@(%s%u));\n", off, name(w), sink);
+        ad_native_say(w, "store1(m + %zu, (R)total@(%s%u));\n", off, ad_native_sum(w), sink);
     } else if (s->kind == DO_SUM) {
         ad_native_say(w, "*");
         write_partial(w, s);
-        ad_native_say(w, " = total@(%s%u);\n", name(w), sink);
-    } else if (s->kind == DO_ADD_ROWS && w->walk->along_rows && !scatters(w, sink)) {
+        ad_native_say(w, " = total@(%s%u);\n", ad_native_sum(w), sink);
+    } else if (s->kind == DO_ADD_ROWS && w->walk->along_rows && !ad_native_scatters(w, sink)) {
         ad_native_say(w, "store1(");
-        write_rows(w, sink);
-        ad_native_say(w, ", (R)total@(%s%u));\n", name(w), sink);
+        ad_native_rows(w, sink);
+        ad_native_say(w, ", (R)total@(%s%u));\n", ad_native_sum(w), sink);
     }
 }
 
@@ -143,7 +167,7 @@ static void close_sink(struct writer *w, uint32_t sink)
 static void open_row(struct writer *w, uint32_t sink)
 {
     if (of_one_row(w, sink))
-        ad_native_say(w, "%s%u = (D@){0};\n", name(w), sink);
+        ad_native_say(w, "%s%u = (D@){0};\n", ad_native_sum(w), sink);
 }
 
 static void close_row(struct writer *w, uint32_t sink)
@@ -153,60 +177,90 @@ static void close_row(struct writer *w, uint32_t sink)
         return;
     if (w->g->chunks == 1) {
         ad_native_say(w, "store1(m + %zu + r * sizeof(R), (R)total@(%s%u));\n",
-                      w->p->locs[w->p->instructions[s->instruction].loc[0]].off, name(w), sink);
+                      w->p->locs[w->p->instructions[s->instruction].loc[0]].off, ad_native_sum(w),
+                      sink);
         return;
     }
     write_partial(w, s);
-    ad_native_say(w, "[r] = total@(%s%u);\n", name(w), sink);
+    ad_native_say(w, "[r] = total@(%s%u);\n", ad_native_sum(w), sink);
 }
 
 /* ---- before and after the rows of one vector of columns ---- */
 
-/* Its rows are written one by one and stay in registers. */
-static bool is_literal(const struct writer *w, uint32_t sink)
+bool ad_native_sum_is_literal(const struct writer *w, uint32_t sink)
 {
-    return w->walk->literal && scatters(w, sink) && w->p->sinks[sink].rows <= MAX_LITERAL_ROWS;
+    return w->walk->literal && ad_native_kept_for_columns(w, sink) &&
+           (!ad_native_scatters(w, sink) || w->p->sinks[sink].rows <= MAX_LITERAL_ROWS);
 }
 
 static void open_columns(struct writer *w, uint32_t sink)
 {
-    if (!kept_for_columns(w, sink))
+    if (!ad_native_kept_for_columns(w, sink) || ad_native_sum_is_literal(w, sink))
         return;
-    for (uint32_t r = 0; is_literal(w, sink) && r < w->p->sinks[sink].rows; r++)
-        ad_native_say(w, "%s%u[%u] = all@(0);\n", name(w), sink, r);
-    if (is_literal(w, sink))
-        return;
-    if (scatters(w, sink))
+    if (ad_native_scatters(w, sink))
         ad_native_say(w, "for (size_t r = 0; r < %u; r++) { OPAQUE(r); %s%u[r] = all@(0); }\n",
-                      w->p->sinks[sink].rows, name(w), sink);
+                      w->p->sinks[sink].rows, ad_native_sum(w), sink);
     else
-        ad_native_say(w, "%s%u = all@(0);\n", name(w), sink);
+        ad_native_say(w, "%s%u = all@(0);\n", ad_native_sum(w), sink);
+    for (const struct instruction *in = w->first; (in = next_run(w, sink, in)); in++)
+        ad_native_say(w, "f%u = all@(0); i%u = %u;\n", run_of(w, in), run_of(w, in),
+                      w->p->lists[w->p->locs[in->loc[0]].list - 1]);
+}
+
+void ad_native_name_sum(const struct writer *w, uint32_t sink, uint32_t row)
+{
+    ad_native_say(w, ad_native_scatters(w, sink) ? "%s%u[%u]" : "%s%u", ad_native_sum(w), sink,
+                  row);
+}
+
+/* Rows in registers: those that nothing was added to are zero. */
+static void close_literal(struct writer *w, uint32_t sink, const struct instruction *in)
+{
+    const struct target *target = &w->targets[sink - w->g->first_sink];
+    const struct loc *o = &w->p->locs[in->loc[0]];
+    const bool array = ad_native_scatters(w, sink);
+    for (uint32_t r = 0; r < (array ? w->p->sinks[sink].rows : 1); r++) {
+        size_t at = o->off + r * ad_native_row_bytes(w, sink);
+        if (~target->begun >> r & 1) {
+            ad_native_name_sum(w, sink, r);
+            ad_native_say(w, " = all@(0);\n");
+        } else if (target->negated >> r & 1) {
+            ad_native_name_sum(w, sink, r);
+            ad_native_say(w, " = -");
+            ad_native_name_sum(w, sink, r);
+            ad_native_say(w, ";\n");
+        }
+        ad_native_remember(w, (struct place){at, o->base, 'a', sink, array ? r : UINT32_MAX});
+        if (!ad_native_is_read(w, in->value, o->base, at))
+            continue;
+        ad_native_say(w, "store@(");
+        ad_native_rows(w, sink);
+        ad_native_say(w, " + %zu + c * %zu, ", r * ad_native_row_bytes(w, sink), w->p->element);
+        ad_native_name_sum(w, sink, r);
+        ad_native_say(w, ");\n");
+    }
 }
 
 static void close_columns(struct writer *w, uint32_t sink)
 {
-    if (!kept_for_columns(w, sink))
-        return;
     const struct instruction *in = &w->p->instructions[w->p->sinks[sink].instruction];
-    const struct loc *o = &w->p->locs[in->loc[0]];
-    bool array = scatters(w, sink), literal = is_literal(w, sink), held = literal || !array;
-    for (uint32_t k = 0; k < (literal ? w->p->sinks[sink].rows : 1); k++) {
-        size_t at = o->off + k * row_bytes(w, sink);
-        if (held)
-            ad_native_remember(w, (struct place){at, o->base, 'a', sink, array ? k : UINT32_MAX});
-        if (held && !ad_native_is_read(w, in->value, o->base, at))
-            continue;
-        if (literal)
-            ad_native_say(w, "{ enum { r = %u }; ", k);
-        else if (array)
-            ad_native_say(w, "for (size_t r = 0; r < %u; r++) ", w->p->sinks[sink].rows);
-        ad_native_say(w, "store@(");
-        write_rows(w, sink);
-        if (array)
-            ad_native_say(w, " + r * %zu", row_bytes(w, sink));
-        ad_native_say(w, " + c * %zu, %s%u%s);%s\n", w->p->element, name(w), sink,
-                      array ? "[r]" : "", literal ? " }" : "");
+    const bool array = ad_native_scatters(w, sink);
+    if (!ad_native_kept_for_columns(w, sink))
+        return;
+    if (ad_native_sum_is_literal(w, sink)) {
+        close_literal(w, sink, in);
+        return;
     }
+    for (const struct instruction *run = w->first; (run = next_run(w, sink, run)); run++)
+        ad_native_say(w, "a%u[i%u] += f%u;\n", sink, run_of(w, run), run_of(w, run));
+    if (array)
+        ad_native_say(w, "for (size_t r = 0; r < %u; r++) ", w->p->sinks[sink].rows);
+    ad_native_say(w, "store@(");
+    ad_native_rows(w, sink);
+    if (array)
+        ad_native_say(w, " + r * %zu", ad_native_row_bytes(w, sink));
+    ad_native_say(w, " + c * %zu, %s%u%s);\n", w->p->element, ad_native_sum(w), sink,
+                  array ? "[r]" : "");
 }
 
 /* ---- all sums of a segment ---- */
@@ -262,108 +316,4 @@ void ad_native_sums(struct writer *w, enum moment moment)
     for (uint32_t b = 0; w->crosses && w->g->n_sinks && b < n_blocks(w); b++)
         ad_native_say(w, "s%u_%s%u(m, win, chunk, row, row_end, col, col_end, %s, a);\n",
                       w->walk->number, moments[moment].name, b, moments[moment].row_column);
-}
-
-/* ---- accumulating ---- */
-
-/* The value to add, without the lanes that the previous vector already had. */
-static void write_new_lanes(const struct writer *w, uint32_t loc)
-{
-    ad_native_say(w, w->ragged ? "only@(on, " : "(");
-    ad_native_name(w, loc);
-    ad_native_say(w, ")");
-}
-
-static void add_to_sum(const struct writer *w, const struct instruction *in, char sign)
-{
-    ad_native_say(w, "%s%u %c= wide@(", name(w), in->loc[3], sign);
-    write_new_lanes(w, in->loc[1]);
-    ad_native_say(w, ");\n");
-}
-
-static void add_to_row_sums(const struct writer *w, const struct instruction *in)
-{
-    if (w->walk->along_rows) { /* each lane is a row, and all of it */
-        ad_native_say(w, "{ const D@ d = wide@(");
-        ad_native_name(w, in->loc[1]);
-        ad_native_say(w, "); COPY(%s%u + r, &d, sizeof d); }\n", name(w), in->loc[3]);
-        return;
-    }
-    ad_native_say(w, "%s%u[", name(w), in->loc[3]);
-    ad_native_row(w, &(struct loc){0});
-    ad_native_say(w, "] += across@(wide@(");
-    write_new_lanes(w, in->loc[1]);
-    ad_native_say(w, "));\n");
-}
-
-/* The target row. A sum over rows that shares its memory with scatters has one row. */
-static void write_target(const struct writer *w, const struct instruction *in)
-{
-    const struct loc *o = &w->p->locs[in->loc[0]];
-    if (o->list)
-        ad_native_row(w, o);
-    else
-        ad_native_say(w, "0");
-}
-
-/* Lanes are rows: each has a target row of its own, or all have the same. */
-static void scatter_lanes(const struct writer *w, const struct instruction *in, char sign)
-{
-    const struct loc *o = &w->p->locs[in->loc[0]];
-    if (!o->list) {
-        ad_native_say(w, "{ char *to = ");
-        write_rows(w, in->loc[3]);
-        ad_native_say(w, "; store1(to, load1(to) %c (R)across@(wide@(", sign);
-        write_new_lanes(w, in->loc[1]);
-        ad_native_say(w, "))); }\n");
-        return;
-    }
-    ad_native_say(w, "scatter@(");
-    write_rows(w, in->loc[3]);
-    ad_native_say(w, ", l + %u + r, %zu, %c", o->list - 1, row_bytes(w, in->loc[3]), sign);
-    ad_native_name(w, in->loc[1]);
-    ad_native_say(w, ", %s);\n", w->ragged ? "next - r" : "0");
-}
-
-static void add_in_memory(const struct writer *w, const struct instruction *in, char sign)
-{
-    ad_native_say(w, "{ char *to = ");
-    write_rows(w, in->loc[3]);
-    ad_native_say(w, " + ");
-    write_target(w, in);
-    ad_native_say(w, " * %zu + c * %zu; store@(to, load@(to) %c ", row_bytes(w, in->loc[3]),
-                  w->p->element, sign);
-    write_new_lanes(w, in->loc[1]);
-    ad_native_say(w, "); }\n");
-}
-
-static void add_in_registers(const struct writer *w, const struct instruction *in, char sign,
-                             bool array)
-{
-    ad_native_say(w, "%s%u", name(w), in->loc[3]);
-    if (array) {
-        ad_native_say(w, "[");
-        write_target(w, in);
-        ad_native_say(w, "]");
-    }
-    ad_native_say(w, " %c= ", sign);
-    ad_native_name(w, in->loc[1]);
-    ad_native_say(w, ";\n");
-}
-
-void ad_native_add(const struct writer *w, const struct instruction *in)
-{
-    uint32_t sink = in->loc[3];
-    char sign = w->p->values[in->value].flags & VALUE_NEGATED ? '-' : '+';
-    bool scatter = in->kind == DO_ADD_ROWS && scatters(w, sink);
-    if (in_doubles(w, sink))
-        add_to_sum(w, in, sign);
-    else if (in->kind == DO_SUM_COLS)
-        add_to_row_sums(w, in);
-    else if (w->walk->along_rows)
-        scatter_lanes(w, in, sign);
-    else if (!kept_for_columns(w, sink))
-        add_in_memory(w, in, sign);
-    else
-        add_in_registers(w, in, sign, scatter);
 }

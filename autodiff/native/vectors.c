@@ -27,13 +27,15 @@ static const char for_f64[] = "typedef double R;\n"
                               "typedef long long I;\n"
                               "#define LIBM(name) name\n"
                               "#define SQRT \"sqrtpd\"\n"
+                              "#define ALIGN \"valignq $7,\"\n"
                               "#if defined __AVX512DQ__ && defined __AVX512VL__\n"
                               "#define NEWTON \"=@ccnz\" /* output of flags */\n"
                               "#endif\n";
 static const char for_f32[] = "typedef float R;\n"
                               "typedef int I;\n"
                               "#define LIBM(name) name##f\n"
-                              "#define SQRT \"sqrtps\"\n";
+                              "#define SQRT \"sqrtps\"\n"
+                              "#define ALIGN \"valignd $15,\"\n";
 
 /* on: the lanes of the last vector that the one before does not have. D: sums are in double. */
 static const char for_vectors[] =
@@ -44,6 +46,11 @@ static const char for_vectors[] =
     "typedef R U@ __attribute__((vector_size(@ * sizeof(R)), aligned(1), may_alias));\n"
     "#define load@(p) ((V@)*(const U@ *)(p))\n"
     "#define store@(p, v) (*(U@ *)(p) = (v))\n"
+    "#ifdef __clang__\n"
+    "#define SHUFFLE@(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)\n"
+    "#else\n"
+    "#define SHUFFLE@(a, b, ...) __builtin_shuffle(a, b, (I@){__VA_ARGS__})\n"
+    "#endif\n"
     "static inline V@ splat@(const char *p) { R x; COPY(&x, p, sizeof x); return x - (V@){0}; }\n"
     "static inline V@ all@(R x) { return x - (V@){0}; }\n"
     "static inline I@ on@(size_t done) { I@ m; COPY(&m, steps@ + @ - done, sizeof m); return m; }\n"
@@ -127,34 +134,33 @@ static const char compared[] =
     "#endif\n";
 
 /* AVX-512 has 1/x and 1/sqrt(x) to 14 bits, and correcting them takes a third of the time of a
-   division: e, what is left of 1 - x y, is at most 2^-13, or large or NaN where x is 0, infinite or
-   so large or small that 1/x is not normal. A root is corrected by its exact remainder, the
-   reciprocal of a root by that of the root as rounded. Errors in
-   tests/autodiff/native/test_newton.c. Arguments beyond are left to the instructions for division
-   and root. */
+   division: e, what is left of 1 - x y or 1 - x y^2, is at most 2^-12.9, and series in e end where
+   rounding begins. With g = x y rounded, e = 1 - g y and the root g (1 - e)^(-1/2) have half the
+   error of g. Errors in tests/autodiff/native/test_newton.c. Where x is 0, infinite, negative, or
+   so small that 1/x is infinite, both are NaN and left to the instructions for division and root.
+ */
 static const char newton[] =
     "#ifdef NEWTON\n"
-    "struct roots@ { V@ root, recip; };\n"
-    "static inline V@ divide@(V@ x) { V@ y; const V@ one = all@(1); __asm__ volatile("
-    "\"vdivpd %2, %1, %0\" : \"=v\"(y) : \"v\"(one), \"v\"(x)); return y; }\n"
-    "static inline V@ newton_recip@(V@ x, int zero) { V@ y;"
-    " __asm__(\"vrcp14pd %1, %0\" : \"=v\"(y) : \"v\"(x));"
-    " const V@ e = 1 - x * y, q = e * e, p = e + q;"
-    " V@ r = y + y * (p + p * q);"
-    " if (__builtin_expect(not_below@(q, all@(0x1p-26)), 0))"
-    " r = zero ? only@(x != 0, divide@(x)) : divide@(x); return r; }\n"
-    "static inline int not_between@(I@ x, I@ least, I@ most) { int any; x -= least; most -= least;"
-    " __asm__(\"vpcmpuq $6, %2, %1, %%k1\\n\\tkortestb %%k1, %%k1\" : NEWTON(any)"
-    " : \"v\"(x), \"v\"(most) : \"k1\"); return any; }\n"
-    "static inline struct roots@ newton_roots@(V@ x, int zero) { V@ y;"
-    " __asm__(\"vrsqrt14pd %1, %0\" : \"=v\"(y) : \"v\"(x));"
-    " const V@ g = x * y, e = 1 - g * y, near = y + y * e * (0.5 + 0.375 * e), root = x * near;"
-    " struct roots@ s; s.root = root + (x - root * root) * (0.5 * near);"
-    " s.recip = near + near * (1 - s.root * near);"
-    " if (__builtin_expect(not_between@((I@)x, (I@)all@(0x1p-900), (I@)all@(0x1p1000)), 0)) {"
-    " __asm__ volatile(\"vsqrtpd %1, %0\" : \"=v\"(s.root) : \"v\"(x));"
-    " s.recip = divide@(s.root); if (zero) s.recip = only@(s.root != 0, s.recip); }"
-    " return s; }\n"
+    "struct newton@ { V@ root, recip; };\n"
+    "static inline struct newton@ newton_recip@(V@ x) { V@ y;"
+    " __asm__(\"vrcp14pd %1, %0\" : \"=v\"(y) : \"v\"(x)); const V@ e = 1 - x * y;"
+    " struct newton@ s; s.recip = y + y * (e + e * (e + e * e)); return s; }\n"
+    "static inline struct newton@ newton_root@(V@ x) { V@ y;"
+    " __asm__(\"vrsqrt14pd %1, %0\" : \"=v\"(y) : \"v\"(x)); const V@ g = x * y, e = 1 - g * y,"
+    " t = e * (0.5 + e * (0.375 + e * (0.3125 + e * 0.2734375)));"
+    " struct newton@ s; s.root = g + g * t; s.recip = y + y * t; return s; }\n"
+    "static inline int nan@(V@ a, V@ b, V@ c, V@ d) { int any;"
+    " __asm__(\"vcmpunordpd %2, %1, %%k1\\n\\tvcmpunordpd %4, %3, %%k2\\n\\tkortestb %%k2, %%k1\""
+    " : NEWTON(any) : \"v\"(a), \"v\"(b), \"v\"(c), \"v\"(d) : \"k1\", \"k2\"); return any; }\n"
+    "static inline V@ divide@(V@ x, int zero) { V@ y; const V@ one = all@(1); __asm__ volatile("
+    "\"vdivpd %2, %1, %0\" : \"=v\"(y) : \"v\"(one), \"v\"(x));"
+    " return zero ? only@(x != 0, y) : y; }\n"
+    "static inline struct newton@ exact_recip@(struct newton@ s, V@ x, int zero) {"
+    " s.recip = pick@(s.recip != s.recip, divide@(x, zero), s.recip); return s; }\n"
+    "static inline struct newton@ exact_root@(struct newton@ s, V@ x, int zero) { V@ root;"
+    " __asm__ volatile(\"vsqrtpd %1, %0\" : \"=v\"(root) : \"v\"(x));"
+    " s.root = pick@(s.recip != s.recip, root, s.root);"
+    " s.recip = pick@(s.recip != s.recip, divide@(root, zero), s.recip); return s; }\n"
     "#endif\n";
 
 /* ---- operations ---- */
@@ -209,18 +215,20 @@ static void write_operation(FILE *out, enum ad_op op, uint32_t lanes)
             ad_op_name(op), lanes, (calls ? arguments : names)[ad_ops[op].arity], value);
 }
 
-/* The vector a lane further, behind the last lane of the one before. */
+/* The vector a lane further, behind the last lane of the one before, which is at p. */
 static void write_shift(FILE *out, uint32_t lanes)
 {
-    fprintf(
-        out,
-        "#ifdef __clang__\n#define SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)"
-        "\n#else\n#define SHUFFLE(a, b, ...) __builtin_shuffle(a, b, (I%u){__VA_ARGS__})\n#endif"
-        "\nstatic inline V%u shift%u(V%u before, V%u v) { return SHUFFLE(before, v",
-        lanes, lanes, lanes, lanes, lanes);
+    fprintf(out,
+            "static inline V%u shift%u(const char *p, V%u v) {\n"
+            "#ifdef __AVX512F__\n"
+            "if (sizeof v == 64) { V%u y; __asm__(ALIGN \" %%2, %%1, %%0\" : \"=v\"(y)"
+            " : \"v\"(v), \"m\"(*(const U%u *)p)); return y; }\n"
+            "#endif\n"
+            "return SHUFFLE%u(load%u(p), v",
+            lanes, lanes, lanes, lanes, lanes, lanes, lanes);
     for (uint32_t l = 0; l < lanes; l++)
         fprintf(out, ", %u", lanes - 1 + l);
-    fputs("); }\n#undef SHUFFLE\n", out);
+    fputs("); }\n", out);
 }
 
 /* ---- mathematical functions ---- */
@@ -290,9 +298,7 @@ static void write_function(FILE *out, const ad_program *p, const struct function
    Inlined where there are few: a call saves all vectors and loads all constants. */
 static const char sine_and_cosine[] =
     "struct both@ { V@ sin, cos; };\n"
-    "static inline struct both@ sincos@(V@ x)\n{\n"
-    "if (__builtin_expect(not_below@(fabs_@(x), all@(1e5)), 0))"
-    " return (struct both@){sin_@(x), cos_@(x)};\n"
+    "static inline struct both@ circle@(V@ x)\n{\n"
     "const V@ up = all@(0x1.8p52), t = x * 0x1.45f306dc9c883p-1 + up, k = t - up;\n"
     "const I@ n = (I@)t;\n"
     "#ifdef __FMA__\n"
@@ -328,7 +334,14 @@ static const char sine_and_cosine[] =
     "const I@ odd = -(n & 1), swap = ((I@)s ^ (I@)c) & odd, sign = half & minus;\n"
     "s = (V@)((I@)s ^ swap); c = (V@)((I@)c ^ swap ^ (odd & minus));\n"
     "return (struct both@){(V@)((I@)s ^ sign), (V@)((I@)c ^ sign)};\n}\n"
-    "#endif\n";
+    "#endif\n"
+    "static __attribute__((noinline, cold)) struct both@ far_circle@(V@ x)\n{\n"
+    "const struct both@ near = circle@(x);\n"
+    "const I@ far = ~(fabs_@(x) < all@(1e5));\n"
+    "return (struct both@){pick@(far, sin_@(x), near.sin), pick@(far, cos_@(x), near.cos)};\n}\n"
+    "static inline struct both@ sincos@(V@ x)\n{\n"
+    "if (__builtin_expect(not_below@(fabs_@(x), all@(1e5)), 0)) return far_circle@(x);\n"
+    "return circle@(x);\n}\n";
 
 /* ---- the prologue ---- */
 

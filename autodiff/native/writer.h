@@ -36,15 +36,22 @@ struct place {
     uint32_t number, row; /* UINT32_MAX: none */
 };
 
+/* What a sum over rows adds to. */
+struct target {
+    bool listed;             /* the target row comes from an index list */
+    uint32_t begun, negated; /* rows that are written one by one: those that have a sum, or minus
+                                that sum */
+};
+
 struct writer {
     FILE *out;
     const ad_program *p;
     const struct loop_order *walk;
     const struct segment *g;
     const struct instruction *first, *end;
-    uint32_t *known;    /* per location: which rows have a variable */
-    uint8_t *crosses;   /* per location: read by several parts; NULL in an unsplit segment */
-    uint8_t *scattered; /* per sink of the segment: the target row comes from an index list */
+    uint32_t *known;        /* per location: which rows have a variable */
+    uint8_t *crosses;       /* per location: read by several parts; NULL in an unsplit segment */
+    struct target *targets; /* per sink of the segment */
     uint32_t n_known;
     struct array arrays[MAX_ARRAYS];
     size_t n_arrays;
@@ -101,15 +108,14 @@ static inline bool is_sum(const struct instruction *in) { return in->kind > DO_D
 
 /* Whether corrected guesses pay in this segment. */
 bool ad_native_newton(const struct writer *w);
-/* The statements an instruction needs before it, and its expression if it is no sum. */
-void ad_native_prepare(const struct writer *w, const struct instruction *in);
+/* The statements an instruction needs before it, for rows [from, to), and its expression if it is
+   no sum. */
+void ad_native_prepare(struct writer *w, const struct instruction *in, uint32_t from, uint32_t to);
 void ad_native_operation(struct writer *w, const struct instruction *in);
-/* Before the loop: the last columns of what adjoints of differences read. */
-void ad_native_carry(struct writer *w);
 
-/* ---- sums: sums.c ---- */
+/* ---- sums: sums.c, adds.c ---- */
 
-bool ad_native_find_scatters(struct writer *w); /* false when out of memory */
+bool ad_native_find_targets(struct writer *w); /* false when out of memory */
 void ad_native_declare_sums(const struct writer *w);
 /* Code of the sums before and after all loops, the columns of one row, the rows of one vector of
    columns. */
@@ -117,11 +123,13 @@ enum moment { OPEN_SEGMENT, CLOSE_SEGMENT, OPEN_ROW, CLOSE_ROW, OPEN_COLUMNS, CL
 void ad_native_sums(struct writer *w, enum moment moment);
 /* The functions in which that is done where a segment has parts. */
 void ad_native_sums_parts(struct writer *w);
-void ad_native_add(const struct writer *w, const struct instruction *in);
+void ad_native_add(struct writer *w, const struct instruction *in);
 
 /* ---- statements: segment.c ---- */
 
-void ad_native_instruction(struct writer *w, const struct instruction *in);
+/* An instruction for rows [from, to). */
+void ad_native_instruction(struct writer *w, const struct instruction *in, uint32_t from,
+                           uint32_t to);
 /* Another row or block of text begins: no variable of a row is declared. */
 void ad_native_forget_rows(struct writer *w);
 
