@@ -26,7 +26,8 @@ static bool allocate(struct phys_hessian *h)
     h->element = calloc(phys_hessian_size(h), sizeof(double));
     h->stiffness = malloc(h->dof * sizeof(double));
     h->rows = malloc(2 * h->dof * sizeof *h->rows);
-    return h->rows && h->element && h->gradient && h->stiffness && h->point;
+    h->share = malloc(2 * h->dof * sizeof *h->share);
+    return h->rows && h->share && h->element && h->gradient && h->stiffness && h->point;
 }
 
 enum ad_status phys_hessian_over(struct phys_hessian *h, struct phys_derivatives *of,
@@ -65,7 +66,7 @@ void phys_hessian_free(struct phys_hessian *h)
 {
     if (h->own)
         phys_derivatives_free(h->own);
-    AD_FREE(h->own, h->rows, h->element, h->gradient, h->stiffness, h->point, h->mass);
+    AD_FREE(h->own, h->rows, h->share, h->element, h->gradient, h->stiffness, h->point, h->mass);
 }
 
 bool phys_hessian_keep_mass(struct phys_hessian *h)
@@ -260,6 +261,15 @@ static void add_column(struct phys_hessian *h, struct block b, size_t seed)
                              ad_data(program, h->of->L_qv), ad_data(program, h->of->L_vv)};
     const size_t rows = find_rows(h, b, seed, L), n = h->of->columns, degree = h->table.degree;
     const size_t to = h->of->coupling.place[seed];
+    double *restrict of_q = h->share, *restrict of_v = of_q + h->dof;
+    size_t first = to, end = to + 1;
+    for (size_t r = 0; r < rows; r++) {
+        const size_t place = h->rows[h->dof + r];
+        first = place < first ? place : first;
+        end = place < end ? end : place + 1;
+    }
+    memset(of_q + first, 0, (end - first) * sizeof *of_q);
+    memset(of_v + first, 0, (end - first) * sizeof *of_v);
     for (size_t c = 0; c < b.count; c++) {
         const struct phys_hessian_point *at = &h->point[(b.first + c) / h->elements];
         const size_t e = element_of(h, b.first + c), width = h->width;
@@ -268,12 +278,16 @@ static void add_column(struct phys_hessian *h, struct block b, size_t seed)
             const double by_q = at->weight * at->q[k] * length, by_v = at->weight * at->v[k];
             double *column = h->element + phys_hessian_place(h, e, 0, to, k, to) - to;
             for (size_t r = 0; r < rows; r++) {
-                const size_t p = h->rows[r] * n + c;
-                const double of_q = by_q * L.qq[p] + by_v * L.qv[p],
-                             of_v = rate * (by_q * L.vq[p] + by_v * L.vv[p]);
-                double *sum = column + h->rows[h->dof + r];
-                for (size_t a = k; a <= degree; a++)
-                    sum[a * width] += of_q * at->q[a] + of_v * at->v[a];
+                const size_t p = h->rows[r] * n + c, place = h->rows[h->dof + r];
+                of_q[place] = by_q * L.qq[p] + by_v * L.qv[p];
+                of_v[place] = rate * (by_q * L.vq[p] + by_v * L.vv[p]);
+            }
+            for (size_t a = k; a <= degree; a++) {
+                double *restrict sum = column + a * width;
+                const double q = at->q[a], v = at->v[a];
+#pragma omp simd
+                for (size_t i = first; i < end; i++)
+                    sum[i] += of_q[i] * q + of_v[i] * v;
             }
         }
     }
@@ -325,7 +339,10 @@ bool phys_hessian_stopped(struct phys_hessian *h)
 /* Zeros where something may stand: all else is zero from the start. */
 static void clear(struct phys_hessian *h)
 {
-    for (size_t column = 0; column < h->elements * h->side; column++) {
+    const bool full = h->width == h->dof;
+    if (full)
+        memset(h->element, 0, phys_hessian_size(h) * sizeof *h->element);
+    for (size_t column = 0; !full && column < h->elements * h->side; column++) {
         size_t first, end, j = column % h->dof;
         phys_hessian_coupled(h, j, &first, &end);
         for (size_t a = 0; a <= h->table.degree; a++)

@@ -25,6 +25,7 @@ struct phys_hessian {
     struct phys_derivatives *of, *own; /* at its points; own: freed with it, or NULL */
     struct phys_hessian_point *point;  /* room */
     size_t *rows;                      /* [2 dof] room */
+    double *share;                     /* [2 dof] room */
 
     const uint32_t *order; /* [dof]: element matrices have coordinate order[k] at place k */
     /* How far apart the places are that L has coupled so far: of each pair of nodes an element

@@ -6,7 +6,7 @@
 #include "physics/system/system.h"
 
 /* Up to so many coordinates nothing is saved by looking: everything counts as coupled. */
-enum { PHYS_COUPLING_FEW = 4 };
+enum { PHYS_COUPLING_FEW = 6 };
 
 enum phys_coupling_by {
     PHYS_COUPLING_MASSES, /* L_vv */

@@ -100,7 +100,7 @@ static bool solve(struct branch *b, struct phys_derivatives *of, size_t elements
         phys_newton_free_time(b->system, settings, of, settings->ends->energy, *path, &info,
                               &b->lost);
     else
-        phys_newton_over(b->system, settings, of, *path, &info, &b->lost);
+        phys_newton_over(b->system, settings, of, false, *path, &info, &b->lost);
     phys_keep_memory(&b->lost, error);
     if (info.stop == PHYS_STOP_INTERRUPTED)
         ad_fail(error, AD_E_ACCURACY, "interrupted");
@@ -132,7 +132,7 @@ static bool try_step(struct branch *b, double at, double length, struct ad_error
             double moved = phys_path_apart(b->unit, start, path, dof, settings.slices);
             double most = fmin(FAR * b->size, b->rate * length * FASTER + STILL * b->size);
             if (phys_newton_new(&newton, b->system, &settings, &of, error) == AD_OK &&
-                phys_newton_spectrum(&newton, path, &spectrum, error) == AD_OK)
+                phys_newton_spectrum(&newton, PHYS_KIND, path, &spectrum, error) == AD_OK)
                 phys_path_discretisation(b->system, &settings, &of, path, true, &finer, &spectrum,
                                          error);
             phys_newton_free(&newton);

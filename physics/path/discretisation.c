@@ -114,7 +114,8 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
     }
     if (made && spectrum && moved && error->status == AD_OK &&
         spectrum->legendre != PHYS_INDEFINITE)
-        spectrum->undetermined |= !phys_newton_confirms(&newton, moved, spectrum, error);
+        spectrum->undetermined |= !phys_newton_confirms(
+            &newton, moved, isfinite(*distance) && info.steps == 1, spectrum, error);
     phys_keep_memory(&lost, error);
     phys_newton_free(&newton);
     phys_hessian_free(&coarse);

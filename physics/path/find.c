@@ -68,9 +68,10 @@ static enum ad_status find_kind(struct search *s, struct ad_error *error)
     if (s->refined) {
         *spectrum = s->refined->spectrum;
         s->refined->spectrum = (struct phys_spectrum){0};
-    } else if (phys_newton_spectrum(s->newton, s->path, spectrum, &lost) == AD_E_ACCURACY) {
-        return give_up(s);
     }
+    if (phys_newton_spectrum(s->newton, PHYS_EIGENVALUES | (s->refined ? 0 : PHYS_KIND), s->path,
+                             spectrum, &lost) == AD_E_ACCURACY)
+        return give_up(s);
     if (lost.status != AD_OK)
         return ad_fail(error, lost.status, "%s", lost.message);
     if (!phys_free_ends(s->settings) && !s->system->scene->constraint &&

@@ -326,7 +326,7 @@ static double largest_entry(const struct phys_hessian *h)
 {
     double most = 0;
     for (size_t k = 0; k < phys_hessian_size(h); k++)
-        most = fmax(most, fabs(h->element[k]));
+        most = fabs(h->element[k]) > most ? fabs(h->element[k]) : most;
     return most;
 }
 

@@ -5,6 +5,7 @@
 
 #include "newton_system.h"
 #include "path_program.h"
+#include "spectrum.h"
 
 /* Points of a block of derivatives that grids of four elements and of thousands share. */
 enum { PHYS_LADDER_COLUMNS = 32 };
@@ -22,6 +23,7 @@ struct phys_newton {
     double damping;
     double rounding; /* of the gradient, several times, at the last Hessian */
     bool lengthened; /* the last step */
+    bool sparing;    /* Adam ends where the next steps converge */
     bool settled;    /* no repetition of the last step makes the gradient smaller */
 };
 
@@ -39,10 +41,11 @@ enum ad_status phys_newton_solve(struct phys_newton *newton, double *path,
    AD_E_MEMORY. */
 bool phys_newton_settle(struct phys_newton *newton, double *path, struct phys_path_info *info,
                         struct ad_error *error);
-/* As phys_path_solve, by derivatives that several grids share. */
+/* As phys_path_solve, by derivatives that several grids share. `sparing`: no more steps of Adam
+   than lead to where Newton's method converges. */
 enum ad_status phys_newton_over(const struct phys_system *system,
                                 const struct phys_path_settings *settings,
-                                struct phys_derivatives *of, double *path,
+                                struct phys_derivatives *of, bool sparing, double *path,
                                 struct phys_path_info *info, struct ad_error *error);
 /* Whether L depends on time explicitly: AD_E_ARGUMENT. */
 bool phys_lacks_energy(const struct phys_system *system, struct ad_error *error);
@@ -51,11 +54,12 @@ enum ad_status phys_newton_free_time(const struct phys_system *system,
                                      struct phys_path_settings *settings,
                                      struct phys_derivatives *of, double energy, double *path,
                                      struct phys_path_info *info, struct ad_error *error);
-/* As phys_path_spectrum. */
-enum ad_status phys_newton_spectrum(struct phys_newton *newton, const double *path,
-                                    struct phys_spectrum *spectrum, struct ad_error *error);
+/* As phys_hessian_spectrum. */
+enum ad_status phys_newton_spectrum(struct phys_newton *newton, enum phys_spectrum_parts parts,
+                                    const double *path, struct phys_spectrum *spectrum,
+                                    struct ad_error *error);
 /* As phys_hessian_confirms. */
-bool phys_newton_confirms(struct phys_newton *newton, const double *path,
+bool phys_newton_confirms(struct phys_newton *newton, const double *path, bool filled,
                           const struct phys_spectrum *spectrum, struct ad_error *error);
 
 /* Distance of a stationary path [s*dof x slices], in the common unit (path_units.h), from that of a

@@ -334,23 +334,23 @@ double phys_newton_system_norm(const struct phys_newton_system *band, const doub
 double phys_newton_system_rounding(const struct phys_newton_system *band, const double *path)
 {
     const struct phys_hessian *h = band->hessian;
-    size_t stride = h->table.degree * h->dof, slices = h->elements + 1;
+    const size_t degree = h->table.degree, dof = h->dof, slices = h->elements + 1;
     double sum = 0;
     memset(band->right, 0, band->n * sizeof *band->right);
     for (size_t e = 0; e < h->elements; e++)
         for (size_t b = 0; b < h->side; b++) {
-            size_t node = e * h->table.degree + b / h->dof, j = b % h->dof, first, end;
-            double x = fabs(path[(node % h->table.degree * h->dof + h->order[j]) * slices +
-                                 node / h->table.degree]);
+            size_t node = e * degree + b / dof, j = b % dof, first, end;
+            const double x =
+                fabs(path[(node % degree * dof + h->order[j]) * slices + node / degree]);
             phys_hessian_coupled(h, j, &first, &end);
-            for (size_t a = 0; a <= h->table.degree; a++)
-                for (size_t i = first; i < end; i++) {
-                    size_t row = e * stride + a * h->dof + i - band->first;
-                    if (row < band->n && !held(band, row))
-                        band->right[row] += x * fabs(phys_hessian_entry(h, e, a, i, b / h->dof, j));
-                }
+            for (size_t a = 0; a <= degree; a++) {
+                const size_t row = (e * degree + a) * dof - band->first; /* wraps around if held */
+                const double *entry = h->element + phys_hessian_place(h, e, a, first, b / dof, j);
+                for (size_t i = first; row < band->n && i < end; i++)
+                    band->right[row + i] += x * fabs(entry[i - first]);
+            }
         }
     for (size_t u = 0; u < band->n; u++)
-        sum += band->right[u] * band->right[u] * scale(band, u) * scale(band, u);
+        sum += held(band, u) ? 0 : pow(band->right[u] * scale(band, u), 2);
     return DBL_EPSILON * sqrt(sum);
 }

@@ -203,7 +203,8 @@ struct phys_spectrum {
     double second_variation; /* its smallest eigenvalue relative to the integral of x^2, which
                                 converges to that of the operator; NaN likewise */
     double around[2];  /* the eigenvalues of the latter next to zero, to 1 %, below it and not; NaN,
-                          INFINITY: none, or not computed */
+                          INFINITY: none, or not computed. In results of phys_path_refine and
+                          phys_path_all to a quarter, and the above are NaN */
     bool undetermined; /* one of them is zero within rounding, or (phys_path_find) a rule of higher
                           order has one between half of the one and half of the other: the index
                           is not known, and the ends are conjugate, or nearly */
@@ -241,8 +242,9 @@ struct phys_refined {
    are its. guess [dof x slices] is the start, and its ends, known to ends_error, are the ends, but
    for what settings->ends leaves free. Errors are distances as in phys_path_found. With free end
    time slices of the same share of the time are compared, and the change of that time counts by the
-   speed. Uses Newton's method after settings->adam_steps. AD_E_ACCURACY if there is no such
-   setting, or settings->proceed returned false. Free with phys_refined_free in any case. */
+   speed. Uses Newton's method after as many of settings->adam_steps as lead to where it converges,
+   or all where that has no result. AD_E_ACCURACY if there is no such setting, or settings->proceed
+   returned false. Free with phys_refined_free in any case. */
 enum ad_status phys_path_refine(const struct phys_system *system,
                                 const struct phys_path_settings *settings, const double *guess,
                                 double ends_error, double tolerance, struct phys_refined *refined,

@@ -38,7 +38,7 @@ static enum ad_status excess(const struct phys_system *system, struct phys_path_
                              struct ad_error *error)
 {
     settings->dt = exp(log_dt);
-    if (phys_newton_over(system, settings, of, path, info, error) != AD_OK)
+    if (phys_newton_over(system, settings, of, false, path, info, error) != AD_OK)
         return error->status;
     *found = info->energy_mean - energy;
     return AD_OK;

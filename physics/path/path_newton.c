@@ -16,6 +16,8 @@ static const double POOR = 0.25;  /* a step that leaves more of the gradient may
 static const double FAST = 1e-3;  /* one that leaves so little: Newton's method converges */
 static const double SLOW = 0.999; /* ... and one that leaves so much is hardly a step */
 
+static const double CONTRACTION = 0.25; /* of a step by the same matrix: the method converges */
+
 enum { PATIENCE = 10 }; /* slow steps in a row: |g| has a minimum here that is not zero */
 
 enum { ROUNDING = 8 };   /* the gradient is zero below this multiple of its rounding */
@@ -26,6 +28,16 @@ static double length_of(size_t n, const double *step)
     double sum = 0;
     for (size_t i = 0; i < n; i++)
         sum += step[i] * step[i];
+    return sqrt(sum);
+}
+
+/* Of s->step, coordinates in units of their kinetic stiffness. */
+static double stiff_length(const struct phys_newton *s)
+{
+    double sum = 0;
+    for (size_t k = 0; k < s->path.n; k++)
+        sum +=
+            s->hessian.stiffness[k / s->settings.slices % s->hessian.dof] * s->step[k] * s->step[k];
     return sqrt(sum);
 }
 
@@ -213,12 +225,35 @@ static enum phys_stop follow(struct phys_newton *s, struct phys_path_step *at)
     return stop;
 }
 
-/* Whether the path given is stationary to rounding: steps of Adam would lead away from a saddle. */
-static bool begins_at_rounding(struct phys_newton *s)
+/* Whether a step by the matrix of the last is a quarter as long at the most, where by Kantorovich's
+   theorem Newton's method converges to the one path nearby (Deuflhard, Newton Methods for Nonlinear
+   Problems, 2011, section 2.1). The path of the program stays. */
+static bool contracts(struct phys_newton *s)
 {
-    phys_path_program_run(&s->path, 0);
+    struct phys_path_step at;
+    norm(s);
+    if (s->path.surface || !phys_newton_system_factor(&s->band, 0))
+        return false;
+    find_step(s);
+    double length = stiff_length(s);
+    memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
+    norm_at(s, 1, 0, &at);
+    find_step(s);
+    memcpy(s->path.x, s->before, s->path.n * sizeof *s->before);
+    return stiff_length(s) <= CONTRACTION * length;
+}
+
+/* Whether the path after `step` steps of Adam is one to begin with: the given one if it is
+   stationary to rounding, as a saddle, from which they would lead away. */
+static bool needs_no_descent(void *context, size_t step)
+{
+    struct phys_newton *s = context;
+    if (step > 0 && !s->sparing)
+        return false;
+    phys_path_program_run(&s->path, step);
     differentiate(s);
-    return s->hessian.stopped || at_rounding(s); /* stopped: no steps are wanted */
+    return s->hessian.stopped || at_rounding(s) || /* stopped: no steps are wanted */
+           (s->sparing && contracts(s));
 }
 
 /* Near a saddle, the Adam steps before Newton's may diverge: if they increased the gradient, the
@@ -237,7 +272,7 @@ static enum ad_status iterate(struct phys_newton *s, double *path, struct phys_p
     enum phys_stop stop = follow(s, &at);
     if (stop == PHYS_STOP_STALLED && s->path.settings->adam_steps > 0) {
         phys_path_program_place(&s->path, path);
-        if (away && phys_path_program_adam(&s->path, error) != AD_OK)
+        if (away && phys_path_program_adam(&s->path, NULL, NULL, error) != AD_OK)
             return error->status;
         at = phys_path_program_run(&s->path, at.step + 1);
         stop = follow(s, &at);
@@ -258,8 +293,7 @@ enum ad_status phys_newton_solve(struct phys_newton *s, double *path, struct phy
             return error->status;
     }
     phys_path_program_start(&s->path, s->path.surface ? s->before : path);
-    if (s->settings.adam_steps == 0 || begins_at_rounding(s) ||
-        phys_path_program_adam(&s->path, error) == AD_OK)
+    if (phys_path_program_adam(&s->path, needs_no_descent, s, error) == AD_OK)
         iterate(s, path, info, error);
     return error->status;
 }
@@ -280,27 +314,30 @@ bool phys_newton_settle(struct phys_newton *s, double *path, struct phys_path_in
     return lost.status == AD_OK && info->stop == PHYS_STOP_ROUNDING;
 }
 
-enum ad_status phys_newton_spectrum(struct phys_newton *s, const double *path,
-                                    struct phys_spectrum *spectrum, struct ad_error *error)
+enum ad_status phys_newton_spectrum(struct phys_newton *s, enum phys_spectrum_parts parts,
+                                    const double *path, struct phys_spectrum *spectrum,
+                                    struct ad_error *error)
 {
     s->hessian.stopped = false;
-    return phys_hessian_spectrum(&s->hessian, s->path.surface, path, spectrum, error);
+    return phys_hessian_spectrum(&s->hessian, s->path.surface, parts, path, spectrum, error);
 }
 
-bool phys_newton_confirms(struct phys_newton *s, const double *path,
+bool phys_newton_confirms(struct phys_newton *s, const double *path, bool filled,
                           const struct phys_spectrum *spectrum, struct ad_error *error)
 {
     s->hessian.stopped = false;
-    return phys_hessian_confirms(&s->hessian, s->path.surface, path, spectrum, error);
+    return phys_hessian_confirms(&s->hessian, s->path.surface, path, filled, spectrum, error);
 }
 
 static enum ad_status solve_over(const struct phys_system *system,
                                  const struct phys_path_settings *settings,
-                                 struct phys_derivatives *of, double *path,
+                                 struct phys_derivatives *of, bool sparing, double *path,
                                  struct phys_path_info *info, struct ad_error *error)
 {
     struct phys_newton s;
-    if (phys_newton_new(&s, system, settings, of, error) == AD_OK)
+    bool made = phys_newton_new(&s, system, settings, of, error) == AD_OK;
+    s.sparing = sparing;
+    if (made)
         phys_newton_solve(&s, path, info, error);
     phys_newton_free(&s);
     return error->status;
@@ -310,17 +347,17 @@ static enum ad_status solve(const struct phys_system *system,
                             const struct phys_path_settings *settings, double *path,
                             struct phys_path_info *info, struct ad_error *error)
 {
-    return solve_over(system, settings, NULL, path, info, error);
+    return solve_over(system, settings, NULL, false, path, info, error);
 }
 
 enum ad_status phys_newton_over(const struct phys_system *system,
                                 const struct phys_path_settings *settings,
-                                struct phys_derivatives *of, double *path,
+                                struct phys_derivatives *of, bool sparing, double *path,
                                 struct phys_path_info *info, struct ad_error *error)
 {
     if (phys_path_check(&phys_solver_newton, system, settings, path, info, error) != AD_OK)
         return error->status;
-    return solve_over(system, settings, of, path, info, error);
+    return solve_over(system, settings, of, sparing, path, info, error);
 }
 
 const struct phys_solver phys_solver_newton = {

@@ -59,8 +59,11 @@ void phys_path_program_end(struct phys_path_program *p, enum phys_stop stop,
                            const struct phys_path_step *at, double *path,
                            struct phys_path_info *info);
 /* settings->adam_steps of Adam, unreported, before another solver; fewer where they lead to a path
-   on which the action is not finite, and the last one before it stays. */
-enum ad_status phys_path_program_adam(struct phys_path_program *p, struct ad_error *error);
+   on which the action is not finite, and the last one before it stays, or to one that is `enough`,
+   which is asked after 0, 10, 20, 40 ... steps; NULL: none is. */
+enum ad_status phys_path_program_adam(struct phys_path_program *p,
+                                      bool (*enough)(void *context, size_t step), void *context,
+                                      struct ad_error *error);
 
 /* What phys_path_solve refuses. */
 enum ad_status phys_path_check(const struct phys_solver *solver, const struct phys_system *system,

@@ -11,7 +11,9 @@
 #include <stdlib.h>
 
 static const double ROUNDING = 16; /* of an eigenvalue, in units of the largest */
-static const double ROUGH = 0.01;  /* relative error of eigenvalues that are not reported */
+/* Relative errors of eigenvalues next to zero: as reported, and where their kind alone is asked. */
+static const double KNOWN = 0.01, ROUGH = 0.25;
+static const double LITTLE = 1.05; /* times: a guess is as near, often */
 enum { MOST_TRIALS = 6 };          /* from a guess, for an eigenvalue that seems to be zero */
 enum { CHEAP = 40 };               /* dof * degree up to which sixty eliminations are cheap */
 
@@ -52,16 +54,17 @@ static double zero_between(const struct shift *x, const struct shift *y, const s
 }
 
 /* Where to look for an eigenvalue, which a shift is above or not (`above`), after a number of
-   trials from a guess: at 4 times or a quarter of it, and without one, or where it seems to be
-   zero, anywhere. */
+   trials from a guess: a little further, then at 4 times or a quarter of it, and without one, or
+   where it seems to be zero, anywhere. */
 static double look_further(const struct phys_inertia *c, double at, bool above, double guess,
                            size_t trials)
 {
     const bool nearer_zero = above == (guess > 0);
+    const double factor = trials ? 4 : LITTLE;
     if (at * guess > 0 && !nearer_zero)
-        return 4 * at;
+        return factor * at;
     if (at * guess > 0)
-        return trials < MOST_TRIALS ? at / 4 : 0;
+        return trials < MOST_TRIALS ? at / factor : 0;
     return at != 0 ? 2 * at : above ? -c->scale : c->scale;
 }
 
@@ -122,6 +125,12 @@ static double half_wave(const struct phys_inertia *c)
     return least;
 }
 
+/* Whether eigenvalues are found at all. */
+static bool is_cheap(const struct phys_inertia *c)
+{
+    return c->dof * c->hessian->table.degree <= CHEAP && c->largest > 0;
+}
+
 /* ---- public functions ---- */
 
 static const struct phys_spectrum unknown = {
@@ -142,14 +151,15 @@ static void negate(struct phys_hessian *h)
         h->element[k] = -h->element[k];
 }
 
-/* Fills h for coordinates in the common unit: beside eigenvalues of another unit those of one may
-   be zero within rounding. Tangent coordinates of a surface have the unit of the path. Makes `ends`
-   where they move. */
+/* Fills h, if it is not yet, for coordinates in the common unit: beside eigenvalues of another unit
+   those of one may be zero within rounding. Tangent coordinates of a surface have the unit of the
+   path. Makes `ends` where they move. */
 static enum ad_status fill(struct phys_hessian *h, struct phys_surface *surface, const double *path,
-                           struct phys_end_space *ends, struct ad_error *error)
+                           bool filled, struct phys_end_space *ends, struct ad_error *error)
 {
-    phys_hessian_at(h, path, 0);
-    if (surface && !h->stopped)
+    if (!filled)
+        phys_hessian_at(h, path, 0);
+    if (surface && !filled && !h->stopped)
         phys_surface_reduce(surface, path);
     if (surface)
         return AD_OK;
@@ -172,66 +182,83 @@ static enum ad_status fill(struct phys_hessian *h, struct phys_surface *surface,
     return error->status;
 }
 
-static void count_directions(struct phys_inertia *c, struct phys_spectrum *spectrum)
+/* To be called between ad_blas_single_thread and ad_blas_threads. */
+static void count_directions(struct phys_inertia *c, double relative,
+                             struct phys_spectrum *spectrum)
 {
-    ad_blas_single_thread();
     phys_inertia_masses(c, false);
-    spectrum->index = phys_inertia_below(c, 0, spectrum);
+    const size_t k = spectrum->index = phys_inertia_below(c, 0, spectrum);
     if (c->hessian->ends)
         spectrum->n_conjugate = 0; /* they are of other fields: the end's own curvature counts */
-    if (c->dof * c->hessian->table.degree <= CHEAP && c->largest > 0) {
-        size_t k = spectrum->index;
-        double *around = spectrum->around;
-        phys_inertia_masses(c, true);
-        const double guess = half_wave(c);
-        const double value = eigenvalue(c, 0, 0, (guess < 0) == (k > 0) ? guess : 0);
-        spectrum->second_variation = value;
-        around[0] = k > 1 ? eigenvalue(c, k - 1, ROUGH, 0) : k ? value : NAN;
-        around[1] = k ? eigenvalue(c, k, ROUGH, 0) : value;
-        spectrum->undetermined =
-            fmin(fabs(around[0]), fabs(around[1])) <= ROUNDING * DBL_EPSILON * c->scale;
-        double mass = 0;
-        for (size_t j = 0; j < c->hessian->table.degree; j++)
-            mass += c->mass[j] / (double)c->hessian->table.degree;
-        phys_inertia_masses(c, false);
-        spectrum->smallest = eigenvalue(c, 0, 0, value * mass);
-    }
-    ad_blas_threads();
+    if (!is_cheap(c))
+        return;
+    double *around = spectrum->around;
+    phys_inertia_masses(c, true);
+    const double guess = k > 1 ? 0 : half_wave(c);
+    around[0] = k ? eigenvalue(c, k - 1, relative, guess < 0 ? guess : 0) : (double)NAN;
+    around[1] = eigenvalue(c, k, relative, guess > 0 && k == 0 ? guess : 0);
+    spectrum->undetermined =
+        fmin(fabs(around[0]), fabs(around[1])) <= ROUNDING * DBL_EPSILON * c->scale;
+}
+
+/* The smallest ones to rounding, of a spectrum that is known else. */
+static void find_smallest(struct phys_inertia *c, struct phys_spectrum *spectrum)
+{
+    const size_t k = spectrum->index, degree = c->hessian->table.degree;
+    double mass = 0, guess = 0;
+    if (!is_cheap(c))
+        return;
+    phys_inertia_masses(c, true);
+    if (k < 2)
+        guess = spectrum->around[k == 0];
+    else
+        guess = fmin(half_wave(c), 0);
+    spectrum->second_variation = eigenvalue(c, 0, 0, isfinite(guess) ? guess : 0);
+    for (size_t j = 0; j < degree; j++)
+        mass += c->mass[j] / (double)degree;
+    phys_inertia_masses(c, false);
+    spectrum->smallest = eigenvalue(c, 0, 0, spectrum->second_variation * mass);
 }
 
 static enum ad_status examine(struct phys_hessian *h, struct phys_surface *surface,
-                              struct phys_inertia *c, const double *path,
-                              struct phys_end_space *ends, struct phys_spectrum *spectrum,
-                              struct ad_error *error)
+                              enum phys_spectrum_parts parts, struct phys_inertia *c,
+                              const double *path, struct phys_end_space *ends,
+                              struct phys_spectrum *spectrum, struct ad_error *error)
 {
     struct phys_hessian *of = surface ? &surface->tangent : h;
-    if (fill(h, surface, path, ends, error) != AD_OK)
+    if (fill(h, surface, path, false, ends, error) != AD_OK)
         return error->status;
     if (h->stopped)
         return ad_fail(error, AD_E_ACCURACY, "interrupted");
-    spectrum->legendre = phys_hessian_definite(h, &spectrum->not_definite);
+    if (parts & PHYS_KIND)
+        spectrum->legendre = phys_hessian_definite(h, &spectrum->not_definite);
     if (spectrum->legendre == PHYS_NEGATIVE)
         negate(of);
     if (!phys_inertia_new(c, of, ends))
         return ad_fail(error, AD_E_MEMORY, "out of memory for the inertia");
     if (!isfinite(c->largest))
         return ad_fail(error, AD_E_NONFINITE, "second derivatives of the action are not finite");
-    if (spectrum->legendre != PHYS_INDEFINITE)
-        count_directions(c, spectrum);
+    ad_blas_single_thread();
+    if (parts & PHYS_KIND && spectrum->legendre != PHYS_INDEFINITE)
+        count_directions(c, parts & PHYS_EIGENVALUES ? KNOWN : ROUGH, spectrum);
+    if (parts & PHYS_EIGENVALUES && spectrum->legendre != PHYS_INDEFINITE)
+        find_smallest(c, spectrum);
+    ad_blas_threads();
     if (c->lost)
         return ad_fail(error, AD_E_MEMORY, "out of memory for the inertia of the path");
     return of->stopped ? ad_fail(error, AD_E_ACCURACY, "interrupted") : AD_OK;
 }
 
 enum ad_status phys_hessian_spectrum(struct phys_hessian *h, struct phys_surface *surface,
-                                     const double *path, struct phys_spectrum *spectrum,
-                                     struct ad_error *error)
+                                     enum phys_spectrum_parts parts, const double *path,
+                                     struct phys_spectrum *spectrum, struct ad_error *error)
 {
     struct phys_inertia c = {0};
     struct phys_end_space ends = {0};
-    *spectrum = unknown;
-    if (phys_hessian_keep_mass(h))
-        examine(h, surface, &c, path, &ends, spectrum, error);
+    if (parts & PHYS_KIND)
+        *spectrum = unknown;
+    if (!(parts & PHYS_KIND) || phys_hessian_keep_mass(h))
+        examine(h, surface, parts, &c, path, &ends, spectrum, error);
     else
         ad_fail(error, AD_E_MEMORY, "out of memory for the mass matrices");
     phys_inertia_free(&c);
@@ -242,13 +269,14 @@ enum ad_status phys_hessian_spectrum(struct phys_hessian *h, struct phys_surface
 }
 
 bool phys_hessian_confirms(struct phys_hessian *h, struct phys_surface *surface, const double *path,
-                           const struct phys_spectrum *spectrum, struct ad_error *error)
+                           bool filled, const struct phys_spectrum *spectrum,
+                           struct ad_error *error)
 {
     struct phys_hessian *of = surface ? &surface->tangent : h;
     struct phys_inertia c = {0};
     struct phys_end_space ends = {0};
     bool same = true;
-    fill(h, surface, path, &ends, error);
+    fill(h, surface, path, filled, &ends, error);
     if (spectrum->legendre == PHYS_NEGATIVE)
         negate(of);
     if (error->status != AD_OK || !phys_inertia_new(&c, of, &ends)) {
@@ -258,7 +286,8 @@ bool phys_hessian_confirms(struct phys_hessian *h, struct phys_surface *surface,
     } else {
         ad_blas_single_thread();
         phys_inertia_masses(&c, true);
-        for (size_t k = 0; same && k < 2 && !of->stopped; k++) {
+        /* without eigenvalues below zero none is below half of the next: one count tells */
+        for (size_t k = spectrum->index == 0; same && k < 2 && !of->stopped; k++) {
             double sigma = isfinite(spectrum->around[k]) ? 0.5 * spectrum->around[k] : 0;
             same = phys_inertia_below(&c, sigma, NULL) == spectrum->index;
         }
@@ -293,7 +322,7 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
         h.context = settings->context;
         phys_hessian_settings(&h, settings);
         if (phys_surface_new(system, &h, &surface, error) == AD_OK)
-            phys_hessian_spectrum(&h, surface, path, spectrum, error);
+            phys_hessian_spectrum(&h, surface, PHYS_KIND | PHYS_EIGENVALUES, path, spectrum, error);
     }
     phys_surface_free(surface);
     phys_hessian_free(&h);

@@ -75,7 +75,7 @@ enum ad_status phys_multistart_keep(struct phys_multistart *s, struct ad_error *
     for (size_t k = 0; k < s->dof * s->slices; k++)
         a->largest = fmax(a->largest, fabs(path[k]));
     struct ad_error lost = {0};
-    if (phys_newton_spectrum(&s->newton, path, &a->spectrum, &lost) == AD_OK)
+    if (phys_newton_spectrum(&s->newton, PHYS_KIND, path, &a->spectrum, &lost) == AD_OK)
         phys_path_grid_independent(s->system, &s->settings, path, &a->resolved, error);
     if (lost.status == AD_E_ACCURACY) { /* a path of no known kind is none to list */
         solution_free(a);

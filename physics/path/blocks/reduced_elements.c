@@ -86,7 +86,7 @@ static double fill(const struct phys_reduced *r, size_t e, double *to)
                 double *at = a == 0 ? before : a < degree ? inner + (a - 1) * n : before + n;
                 for (size_t i = 0; i < n; i++) {
                     at[i] = from[a * n + i] * r->scale[i] * r->scale[j];
-                    most = fmax(most, fabs(at[i]));
+                    most = fabs(at[i]) > most ? fabs(at[i]) : most;
                 }
             }
         }

@@ -66,15 +66,23 @@ static enum ad_status sgd(const struct phys_system *system,
     return solve(AD_SGD, system, settings, path, info, error);
 }
 
-enum ad_status phys_path_program_adam(struct phys_path_program *p, struct ad_error *error)
+enum ad_status phys_path_program_adam(struct phys_path_program *p,
+                                      bool (*enough)(void *context, size_t step), void *context,
+                                      struct ad_error *error)
 {
+    enum { FIRST = 10 }; /* steps */
     if (!p->settings->adam_steps)
         return AD_OK;
     ad_optimiser *o = optimiser(p, AD_ADAM, error);
     double *kept = malloc(p->n * sizeof *kept);
     if (o && !kept)
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    for (size_t step = 0; o && kept && step <= p->settings->adam_steps; step++) {
+    for (size_t step = 0, ask = 0; o && kept && step <= p->settings->adam_steps; step++) {
+        if (enough && step == ask) {
+            if (enough(context, step))
+                break;
+            ask = step ? 2 * step : FIRST;
+        }
         struct phys_path_step at = phys_path_program_run(p, step);
         if (step > 0 && !isfinite(at.objective)) {
             memcpy(p->x, kept, p->n * sizeof *kept);

@@ -63,7 +63,7 @@ static enum ad_status solve(const struct phys_system *system,
 {
     struct descent d = {0};
     if (phys_path_program_new(&d.path, system, settings, path, error) == AD_OK &&
-        phys_path_program_adam(&d.path, error) == AD_OK) {
+        phys_path_program_adam(&d.path, NULL, NULL, error) == AD_OK) {
         d.method = ad_lbfgs_new(d.path.n);
         d.x = malloc(2 * d.path.n * sizeof *d.x);
         d.g = d.x ? d.x + d.path.n : NULL;

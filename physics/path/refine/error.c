@@ -72,7 +72,7 @@ static enum ad_status find_spectrum(struct phys_climb *c, struct phys_spectrum *
 {
     struct phys_newton newton = {0};
     if (phys_newton_new(&newton, c->system, c->to->settings, c->to->of, error) == AD_OK)
-        phys_newton_spectrum(&newton, c->here.path, spectrum, error);
+        phys_newton_spectrum(&newton, PHYS_KIND, c->here.path, spectrum, error);
     phys_newton_free(&newton);
     return error->status;
 }

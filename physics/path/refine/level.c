@@ -84,7 +84,7 @@ enum ad_status phys_climb_solve(struct phys_climb *c, struct phys_level *level,
         phys_newton_free_time(c->system, settings, c->to->of, settings->ends->energy, c->here.path,
                               &info, &lost);
     else
-        phys_newton_over(c->system, settings, c->to->of, c->here.path, &info, &lost);
+        phys_newton_over(c->system, settings, c->to->of, c->sparing, c->here.path, &info, &lost);
     if (lost.status != AD_OK && lost.status != AD_E_NONFINITE &&
         !(free_time && lost.status == AD_E_ACCURACY))
         return ad_fail(error, lost.status, "%s", lost.message);

@@ -12,7 +12,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { COARSEST = 4, CHEAP = 32, UNSETTLED = 1 << 9 }; /* elements */
+enum { COARSEST = 4, CHEAP = 32, SPARED = 16, UNSETTLED = 1 << 9 }; /* elements */
 /* Levels after which elements of high order that part are the last: all fit. */
 enum { MOST_PARTED = PHYS_LEVELS / 2 };
 enum { DESCENT = 500 }; /* steps of Adam, where Newton's method alone finds no one path */
@@ -74,7 +74,8 @@ static bool climb_level(struct phys_climb *c, const struct phys_rule *rule, size
     const bool settled = phys_climb_settled(c, &c->here), parts = !settled && has_parted(c);
     c->doubted |= parts;
     c->parted = parts && c->adam_steps >= DESCENT && c->to->n < MOST_PARTED;
-    if ((parts || (elements >= UNSETTLED && !settled)) && !c->parted) {
+    const size_t unsettled = c->sparing ? SPARED : UNSETTLED;
+    if ((parts || (elements >= unsettled && !settled)) && !c->parted) {
         c->to->unsettled = true;
         ad_fail(error, AD_E_ACCURACY,
                 "error %g: up to %zu elements of %s do not agree on a path, which may be one of "
@@ -149,21 +150,26 @@ static enum ad_status climb_once(struct phys_climb *c, const struct phys_rule *g
                    c->tolerance, last->elements, last->rule->name, last->estimate);
 }
 
-/* Newton's method may lead each level elsewhere from a guess far from every path, as from a line to
-   a kink: then once more after descents. */
+/* First where Newton's method converges with the fewest steps of Adam, which may lead each level
+   elsewhere from a guess far from every path, or to one that cannot be known; then after all of
+   them, and where no path is agreed on, as from a line to a kink, after more. */
 static enum ad_status climb_all(struct phys_climb *c, const struct phys_rule *given,
                                 struct ad_error *error)
 {
     struct ad_error lost = {0};
-    climb_once(c, given, &lost);
-    if (c->to->unsettled && c->adam_steps < DESCENT) {
+    for (c->sparing = c->adam_steps > 0;; c->sparing = false) {
+        climb_once(c, given, &lost);
+        const bool more = c->to->unsettled && c->adam_steps < DESCENT;
+        if (lost.status != AD_E_ACCURACY || !(c->sparing || more))
+            break;
+        if (!c->sparing)
+            c->adam_steps = DESCENT;
         drop(&c->before);
         drop(&c->here);
+        phys_spectrum_free(&c->to->spectrum);
         c->to->n = c->placed = 0;
-        c->to->unsettled = false;
-        c->adam_steps = DESCENT;
+        c->to->unsettled = c->to->singular = c->doubted = c->parted = false;
         lost = (struct ad_error){0};
-        climb_once(c, given, &lost);
     }
     return lost.status == AD_OK ? AD_OK : ad_fail(error, lost.status, "%s", lost.message);
 }

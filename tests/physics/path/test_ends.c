@@ -300,7 +300,7 @@ static void shared_derivatives_find_the_same(void **state)
         phys_rule_interpolate(settings.rule, 1, SLICES, path[0]);
         memcpy(path[1], path[0], sizeof *path);
         phys_derivatives_new(&of, &system, 20, NULL, &error);
-        phys_newton_over(&system, &settings, &of, path[0], &info[0], &error);
+        phys_newton_over(&system, &settings, &of, false, path[0], &info[0], &error);
         phys_path_solve(&phys_solver_newton, &system, &settings, path[1], &info[1], &error);
         assert_no_error(&error);
         for (size_t k = 0; k < 2; k++)

@@ -2,6 +2,7 @@
    problems of boundary-value codes. Each is a motion by an integrator that shares nothing with the
    rules of the action. (Kinks: test_kink.c; a layer: test_mesh.c; the brachistochrone:
    test_free_time.c; an ellipsoid with a constraint: test_path_constraints.c.) */
+#include "physics/path/newton.h"
 #include "tests/close.h"
 #include "tests/physics/published.h"
 #include "tests/physics/systems.h"
@@ -155,8 +156,64 @@ static void problems_of_boundary_value_codes(void **state)
     }
 }
 
+/* Steps of Adam end where Newton's method converges: to the path that all of them lead to. The kind
+   of that path alone, and with its eigenvalues. */
+static void descents_end_early(void **state)
+{
+    enum { SLICES = 9, DEGREE = 2 };
+    const double time = 40;
+    struct phys_system system = system_opened("pendulum");
+    struct ad_error error = {0};
+    double ends[2], path[2][DEGREE * SLICES];
+    const struct phys_simulation how = {.size = sizeof how, .rtol = 1e-13};
+    struct phys_path_info info[2];
+    struct phys_spectrum of[2];
+    (void)state;
+    phys_scene_path(&system, 1, &how, 2, time, ends, &error);
+    for (size_t k = 0; k < 2; k++) {
+        const bool sparing = k == 1;
+        struct phys_path_settings settings = phys_path_defaults(&system);
+        struct phys_derivatives L = {0};
+        struct phys_newton newton;
+        settings.rule = phys_rule_find("gauss2", &error);
+        settings.slices = SLICES;
+        settings.dt = time / (SLICES - 1);
+        settings.adam_steps = 200;
+        for (size_t i = 0; i < SLICES; i++)
+            path[k][i] = ends[0] + (ends[1] - ends[0]) * (double)i / (SLICES - 1);
+        phys_rule_interpolate(settings.rule, 1, SLICES, path[k]);
+        phys_derivatives_new(&L, &system, PHYS_LADDER_COLUMNS, NULL, &error);
+        phys_newton_over(&system, &settings, &L, sparing, path[k], &info[k], &error);
+        assert_int_equal(phys_newton_new(&newton, &system, &settings, &L, &error), AD_OK);
+        phys_newton_spectrum(&newton, sparing ? PHYS_KIND : PHYS_KIND | PHYS_EIGENVALUES, path[k],
+                             &of[k], &error);
+        if (sparing) {
+            assert_true(isnan(of[k].smallest) && isnan(of[k].second_variation));
+            phys_newton_spectrum(&newton, PHYS_EIGENVALUES, path[k], &of[k], &error);
+        }
+        assert_no_error(&error);
+        assert_int_equal(info[k].stop, PHYS_STOP_ROUNDING);
+        phys_newton_free(&newton);
+        phys_derivatives_free(&L);
+    }
+    assert_true(info[1].steps > info[0].steps);
+    for (size_t i = 0; i < DEGREE * SLICES; i++)
+        assert_close(path[1][i], path[0][i], 0, 1e-11);
+    assert_int_equal(of[1].index, of[0].index);
+    assert_close(of[1].smallest, of[0].smallest, 1e-11, 0);
+    assert_close(of[1].second_variation, of[0].second_variation, 1e-11, 0);
+    assert_close(of[0].around[1], of[0].second_variation, 0.01, 0);
+    assert_close(of[1].around[1], of[0].second_variation, 0.25, 0);
+    for (size_t k = 0; k < 2; k++)
+        phys_spectrum_free(&of[k]);
+    phys_system_close(&system);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(problems_of_boundary_value_codes)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(problems_of_boundary_value_codes),
+        cmocka_unit_test(descents_end_early),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

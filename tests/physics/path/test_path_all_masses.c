@@ -235,7 +235,7 @@ static void a_search_that_is_ended(void **state)
     struct ad_error error = {0};
     phys_system_open("pendulum", &pendulum, &error);
     phys_system_set(&pendulum, "l", 1, &error);
-    int left = 12000; /* a spectrum asks at every slice */
+    int left = 5000; /* a spectrum asks at every slice */
     struct phys_path_settings settings = {.size = sizeof settings,
                                           .rule = phys_rule_find("gauss4", &error),
                                           .slices = SLICES,
