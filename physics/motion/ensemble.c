@@ -12,86 +12,28 @@
 #include <string.h>
 
 enum {
-    CHUNK = 128 /* members at most */,
-    CHUNKS = 8 /* of each thread at least */,
-    TRIES = 3,
+    SHARE = 128 /* members of a thread at most */,
+    SHARES = 8 /* of each rank at least */,
     SERIES_DOF = 32 /* beyond, dop853 costs less */
 };
-static const double default_tolerance = 1e-9, aim = 0.3;
+static const double default_tolerance = 1e-9;
 static const double worth = 0.3; /* seconds of all members that pay for compiling */
 
 /* ---- running ---- */
 
 struct team {
     struct ensemble_task task;
-    size_t threads, first;           /* chunk of those that threads run now */
-    size_t chunk;                    /* its members */
+    size_t threads;
+    struct ensemble_queue queue;
+    size_t share;                    /* members that a rank takes at a time */
     struct ensemble_worker **worker; /* [threads] */
 };
 
-/* The error that was asked for is missed, and a smaller tolerance is to be tried. */
-static bool tighten(const struct ensemble_task *task, size_t i)
+static void run_worker(void *context, size_t thread, size_t k)
 {
-    struct phys_member *member = &task->ensemble->member[i];
-    const double floor = 1e-16, finer = 0.3;
-    if (!(task->settings->motion->error > 0) || member->error <= task->settings->motion->error ||
-        member->failure.status != AD_OK || !(member->tolerance > floor))
-        return false;
-    double ratio =
-        isnan(member->error) ? 1e-3 : aim * task->settings->motion->error / member->error;
-    member->tolerance = fmax(member->tolerance * fmax(fmin(ratio, finer), 1e-6), floor);
-    return true;
-}
-
-static bool is_interrupted(const struct phys_ensemble *e)
-{
-    return __atomic_load_n(&e->interrupted, __ATOMIC_RELAXED);
-}
-
-static void forget(struct phys_ensemble *e, size_t first, size_t end)
-{
-    for (size_t k = first * e->n_times; k < end * e->n_times; k++) {
-        e->energy[k] = (double)NAN;
-        for (size_t j = 0; j < 2 * e->dof; j++)
-            e->x[2 * e->dof * k + j] = (double)NAN;
-    }
-}
-
-static void run_chunk(void *context, size_t thread, size_t k)
-{
-    const struct team *team = context;
-    const struct ensemble_task *task = &team->task;
-    const bool measured = !task->settings->motion->no_reference;
-    struct ensemble_track track[CHUNK] = {{0}};
-    struct ensemble_item items[CHUNK];
-    size_t n = 0, left = 0;
-    k += team->first;
-    for (size_t i = k * team->chunk; i < task->ensemble->n && n < team->chunk; i++, n++)
-        items[n] = (struct ensemble_item){i, false, measured ? &track[n] : NULL};
-    if (is_interrupted(task->ensemble)) {
-        forget(task->ensemble, k * team->chunk, k * team->chunk + n);
-        return;
-    }
-    for (size_t try = 0; n > 0; try++, n = left, left = 0) {
-        for (size_t i = 0; i < n; i++)
-            items[i].fine = false;
-        phys_ensemble_run(team->worker[thread], n, items);
-        for (size_t i = 0; i < n; i++)
-            if (task->ensemble->member[items[i].member].failure.status == AD_OK)
-                items[left++] = (struct ensemble_item){items[i].member, true, items[i].track};
-        n = left;
-        left = 0;
-        if (!measured)
-            return;
-        if (is_interrupted(task->ensemble))
-            break;
-        phys_ensemble_run(team->worker[thread], n, items);
-        for (size_t i = 0; i < n && try + 1 < TRIES; i++)
-            if (tighten(task, items[i].member))
-                items[left++] = items[i];
-    }
-    for (size_t i = 0; i < CHUNK; i++)
-        free(track[i].x);
+    struct team *team = context;
+    (void)k;
+    phys_ensemble_run(team->worker[thread], &team->queue);
 }
 
 /* The method, and the tolerance of each member's steps. */
@@ -135,35 +77,28 @@ static void run_first(const struct team *team)
 {
     struct phys_ensemble *e = team->task.ensemble;
     const double before = ad_now();
-    struct ensemble_item first = {0, false, NULL};
-    phys_ensemble_run(team->worker[0], 1, &first);
+    phys_ensemble_run_first(team->worker[0]);
     const size_t at_once = team->task.settings->at_once;
     bool pays = at_once > 1 || (double)e->n * (ad_now() - before) > worth;
     e->vectors = at_once != 1 && e->n > 1 && phys_ensemble_worker_join(team->worker[0], pays);
 }
 
-/* As many as keep all places busy but at the end, and all threads. */
-static size_t chunk_of(const struct team *team)
+/* As many as keep all places busy but at the end, and all ranks. */
+static size_t share_of(const struct team *team)
 {
-    const struct ad_ranks *ranks = team->task.settings->ranks;
-    const size_t teams = team->threads * (ranks ? ranks->count : 1);
-    const size_t share =
-        team->task.ensemble->n / (CHUNKS * teams) / AD_SERIES_POINTS * AD_SERIES_POINTS;
-    return share < AD_SERIES_POINTS ? AD_SERIES_POINTS : share < CHUNK ? share : CHUNK;
+    const size_t ranks = team->task.settings->ranks->count,
+                 places = team->threads * AD_SERIES_POINTS;
+    const size_t share = team->task.ensemble->n / (SHARES * ranks) / places * places;
+    return share < places ? places : share < SHARE * team->threads ? share : SHARE * team->threads;
 }
 
-static size_t chunks_of(const struct team *team)
-{
-    return (team->task.ensemble->n + team->chunk - 1) / team->chunk;
-}
-
-/* A chunk for each thread; the result is the rank. */
+/* Members of one share; the result is the rank. */
 static enum ad_status run_share(void *context, size_t k, void *rank, struct ad_error *error)
 {
     struct team *team = context;
-    const size_t left = chunks_of(team) - k * team->threads;
-    team->first = k * team->threads;
-    ad_parallel(team->threads, left < team->threads ? left : team->threads, run_chunk, team);
+    const size_t n = team->task.ensemble->n, end = (k + 1) * team->share;
+    team->queue = (struct ensemble_queue){k * team->share, end < n ? end : n};
+    ad_parallel(team->threads, team->threads, run_worker, team);
     *(size_t *)rank = team->task.settings->ranks->rank;
     return error->status;
 }
@@ -173,16 +108,15 @@ static enum ad_status run_ranks(struct team *team, struct ad_error *error)
 {
     struct phys_ensemble *e = team->task.ensemble;
     struct ad_ranks *ranks = team->task.settings->ranks;
-    const size_t shares = (chunks_of(team) + team->threads - 1) / team->threads;
-    const size_t members = team->threads * team->chunk;
+    const size_t share = team->share = share_of(team), shares = (e->n + share - 1) / share;
     size_t *rank = calloc(shares, sizeof *rank);
     if (!rank)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     if (ad_ranks_agree(ranks, error) == AD_OK)
         ad_ranks_deal(ranks, shares, sizeof *rank, run_share, team, rank, error);
     for (size_t k = 0; k < shares && error->status == AD_OK; k++) {
-        size_t end = (k + 1) * members;
-        phys_ensemble_share(&team->task, rank[k], k * members, end < e->n ? end : e->n, error);
+        size_t end = (k + 1) * share;
+        phys_ensemble_share(&team->task, rank[k], k * share, end < e->n ? end : e->n, error);
     }
     double going = !e->interrupted;
     ad_ranks_least(ranks, 1, &going, error);
@@ -196,7 +130,6 @@ static enum ad_status run_all(struct team *team, struct ad_error *error)
     struct phys_ensemble *e = team->task.ensemble;
     struct ad_ranks *ranks = team->task.settings->ranks;
     const size_t threads = team->threads;
-    team->chunk = chunk_of(team);
     team->worker = calloc(threads, sizeof *team->worker);
     for (size_t k = 0; team->worker && k < threads; k++)
         if (!(team->worker[k] = phys_ensemble_worker_new(&team->task, error)))
@@ -208,10 +141,11 @@ static enum ad_status run_all(struct team *team, struct ad_error *error)
         run_first(team);
         for (size_t k = 1; k < threads && e->vectors; k++)
             phys_ensemble_worker_join(team->worker[k], false);
+        team->queue.end = team->task.ensemble->n;
         if (ranks)
             run_ranks(team, error);
         else
-            ad_parallel(threads, chunks_of(team), run_chunk, team);
+            ad_parallel(threads, threads, run_worker, team);
     }
     for (size_t k = 0; team->worker && k < threads; k++)
         phys_ensemble_worker_free(team->worker[k]);

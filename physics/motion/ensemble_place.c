@@ -22,10 +22,10 @@ static double length(size_t n, const double *a, const double *b)
 
 void phys_place_track(struct ensemble_place *place)
 {
-    struct ensemble_track *track = place->item.track;
+    struct ensemble_track *track = &place->track;
     const struct phys_stepper *m = &place->run.stepper;
     const size_t dof = place->task->ensemble->dof, columns = 1 + 2 * dof;
-    if (!track || place->item.fine || place->error.status != AD_OK)
+    if (!phys_ensemble_measures(place->task) || place->fine || place->error.status != AD_OK)
         return;
     if (track->n == track->room) {
         const size_t room = track->room ? 2 * track->room : 64;
@@ -44,7 +44,7 @@ void phys_place_track(struct ensemble_place *place)
 static size_t merge_times(struct ensemble_place *place)
 {
     const struct phys_ensemble *e = place->task->ensemble;
-    const struct ensemble_track *track = place->item.track;
+    const struct ensemble_track *track = &place->track;
     const size_t columns = 1 + 2 * e->dof;
     size_t n = 0;
     if (!solving_widen(&place->times, e->n_times + track->n)) {
@@ -63,7 +63,7 @@ static size_t merge_times(struct ensemble_place *place)
 
 static bool compare_tracks(struct ensemble_place *place, double t, const double *y)
 {
-    const struct ensemble_track *track = place->item.track;
+    const struct ensemble_track *track = &place->track;
     const size_t dof = place->task->ensemble->dof;
     const double *x = track->x + place->tracked * (1 + 2 * dof);
     if (place->tracked == track->n || t != x[0])
@@ -91,7 +91,7 @@ static bool take_sample(void *context, double t, const double *y)
             return false;
         m->n++;
     }
-    return !place->item.fine || compare_tracks(place, t, y);
+    return !place->fine || compare_tracks(place, t, y);
 }
 
 void phys_place_leave(struct ensemble_place *place)
@@ -156,7 +156,7 @@ static const struct phys_ode *ode_of(struct ensemble_worker *w, struct ensemble_
         place->energy = w->energy;
         return &w->ode;
     }
-    if (phys_ensemble_system(task, place->item.member, &place->system, error) == AD_OK)
+    if (phys_ensemble_system(task, place->member, &place->system, error) == AD_OK)
         phys_ode_for(&place->system, method, &place->own, error);
     return &place->own;
 }
@@ -165,12 +165,12 @@ static struct phys_simulation how_of(struct ensemble_place *place)
 {
     const struct ensemble_task *task = place->task;
     const struct phys_ensemble *e = task->ensemble;
-    const double tolerance = e->member[place->item.member].tolerance;
+    const double tolerance = e->member[place->member].tolerance;
     struct phys_simulation how = phys_simulation_of(
-        e->integrator, place->item.fine ? fmax(tolerance * finer, least_tolerance) : tolerance,
+        e->integrator, place->fine ? fmax(tolerance * finer, least_tolerance) : tolerance,
         task->settings->motion->time);
-    how.n_samples = place->item.fine ? merge_times(place) : e->n_times - 1;
-    how.times = place->item.fine ? place->times : NULL;
+    how.n_samples = place->fine ? merge_times(place) : e->n_times - 1;
+    how.times = place->fine ? place->times : NULL;
     how.sample = take_sample;
     how.proceed = task->settings->motion->proceed;
     how.context = place;
@@ -187,21 +187,19 @@ static bool proceed(void *context)
     return s->proceed(s->context);
 }
 
-void phys_place_enter(struct ensemble_worker *w, struct ensemble_place *place,
-                      struct ensemble_item item)
+void phys_place_enter(struct ensemble_worker *w, struct ensemble_place *place)
 {
     const struct ensemble_task *task = w->task;
     const struct phys_motion_settings *settings = task->settings->motion;
     struct phys_ensemble *e = task->ensemble;
     struct phys_motion_solution *m = &place->solution;
-    const double *start = e->start + 2 * e->dof * item.member;
+    const double *start = e->start + 2 * e->dof * place->member;
     phys_place_leave(place);
-    place->item = item;
     place->again = false;
     place->tracked = 0;
     place->apart = 0;
-    if (item.track && !item.fine)
-        item.track->n = 0;
+    if (!place->fine)
+        place->track.n = 0;
     place->error = place->solving.lost = (struct ad_error){0};
     place->run = (struct run){.info = &place->info};
     place->info = (struct phys_simulation_info){0};
@@ -210,7 +208,7 @@ void phys_place_enter(struct ensemble_worker *w, struct ensemble_place *place,
         .system = ode->system ? ode->system : e->system,
         .ode = *ode,
         .t = e->t,
-        .x = item.fine ? place->x : e->x + 2 * e->dof * e->n_times * item.member};
+        .x = place->fine ? place->x : e->x + 2 * e->dof * e->n_times * place->member};
     m->crossed.constant = calloc(settings->n_crossings + 1, sizeof *m->crossed.constant);
     if (!m->crossed.constant)
         ad_fail(&place->error, AD_E_MEMORY, "out of memory");
@@ -226,7 +224,7 @@ void phys_place_enter(struct ensemble_worker *w, struct ensemble_place *place,
     how.proceed = settings->proceed ? proceed : NULL;
     if (phys_ode_enter(ode, 0, start, start + e->dof, place->y, &place->error) != AD_OK)
         return;
-    for (size_t k = 0; item.fine && k < ode->n; k++)
+    for (size_t k = 0; place->fine && k < ode->n; k++)
         place->y[k] *= 1 + DBL_EPSILON; /* what rounding of the start makes of the motion */
     if (phys_run_open(&place->run, &how, &m->ode, place->y, &place->info, false, &place->error) ==
         AD_OK)
@@ -260,9 +258,9 @@ static double size_of_track(size_t dof, const struct ensemble_track *track)
 static void estimate_error(struct ensemble_place *place)
 {
     const struct phys_ensemble *e = place->task->ensemble;
-    struct phys_member *member = &e->member[place->item.member];
-    const double *x = e->x + 2 * e->dof * e->n_times * place->item.member;
-    double most = place->apart, size = size_of_track(e->dof, place->item.track);
+    struct phys_member *member = &e->member[place->member];
+    const double *x = e->x + 2 * e->dof * e->n_times * place->member;
+    double most = place->apart, size = size_of_track(e->dof, &place->track);
     size_t n = place->solution.n;
     bool cut =
         member->info.stop == PHYS_SIMULATION_EVENT && place->info.stop == PHYS_SIMULATION_EVENT;
@@ -313,7 +311,7 @@ void phys_place_finish(struct ensemble_place *place)
 {
     struct phys_ensemble *e = place->task->ensemble;
     struct phys_motion_solution *m = &place->solution;
-    struct phys_member *member = &e->member[place->item.member];
+    struct phys_member *member = &e->member[place->member];
     if (place->run.settings)
         phys_run_close(&place->run, place->y);
     place->busy = false;
@@ -325,20 +323,20 @@ void phys_place_finish(struct ensemble_place *place)
         __atomic_store_n(&e->interrupted, true, __ATOMIC_RELAXED);
     if (place->error.status == AD_OK && place->task->settings->motion->n_crossings > 0)
         phys_crossings_settle(&place->solving, &place->error);
-    if (place->item.fine) {
+    if (place->fine) {
         estimate_error(place);
         return;
     }
-    find_energies(place, e->energy + e->n_times * place->item.member);
+    find_energies(place, e->energy + e->n_times * place->member);
     phys_crossed_clear(&member->crossed);
     member->info = place->info;
     member->failure = place->error;
     member->crossed = m->crossed;
     m->crossed = (struct phys_crossed){0};
     double t;
-    const double *end = phys_ensemble_end(place->task, place->item.member, &t);
+    const double *end = phys_ensemble_end(place->task, place->member, &t);
     if (end)
-        e->energy[e->n * e->n_times + place->item.member] = energy_at(place, t, end);
+        e->energy[e->n * e->n_times + place->member] = energy_at(place, t, end);
 }
 
 void phys_place_run(struct ensemble_place *place)

@@ -11,9 +11,12 @@
 
 struct ensemble_place {
     const struct ensemble_task *task;
-    struct ensemble_item item;
-    bool busy, again; /* the last attempt at a step was rejected */
-    bool within;      /* a step was taken, which may have samples */
+    size_t member, tries; /* how often its tolerance was not enough */
+    bool taken;           /* a member is there, whose run has ended unless `busy` */
+    bool fine;            /* at a hundredth of the tolerance, for the error of the run before */
+    struct ensemble_track track; /* of that, where errors are measured */
+    bool busy, again;            /* the last attempt at a step was rejected */
+    bool within;                 /* a step was taken, which may have samples */
     struct run run;
     struct phys_simulation_info info;
     struct ad_error error;
@@ -43,9 +46,8 @@ struct ensemble_worker {
     struct ensemble_place place[AD_SERIES_POINTS];
 };
 
-/* Begins the motion of an item; place->error where it cannot begin. */
-void phys_place_enter(struct ensemble_worker *w, struct ensemble_place *place,
-                      struct ensemble_item item);
+/* Begins the motion of the place's member; place->error where it cannot begin. */
+void phys_place_enter(struct ensemble_worker *w, struct ensemble_place *place);
 /* After a step: notes its end. */
 void phys_place_track(struct ensemble_place *place);
 /* Runs to the end, alone, and finishes. */

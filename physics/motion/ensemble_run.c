@@ -1,6 +1,6 @@
 /* Runs members of an ensemble: one after another, or several places in step where there is machine
-   code for that (physics/integrators/taylor_points.h). A place whose member has ended takes the
-   next one. */
+   code for that (physics/integrators/taylor_points.h). A place whose run has ended takes the next
+   one, of its member or of another. */
 #include "ensemble_place.h"
 #include "autodiff/free.h"
 #include "physics/ode/internal.h"
@@ -139,9 +139,67 @@ static void step_together(struct ensemble_worker *w)
     phys_taylor_points_accept(w->points, taken);
 }
 
-static void run_together(struct ensemble_worker *w, size_t n, const struct ensemble_item *items)
+/* ---- which run is next ---- */
+
+/* The error that was asked for is missed, and a smaller tolerance is to be tried. */
+static bool tighten(const struct ensemble_task *task, size_t i)
 {
-    size_t next = 0, busy;
+    const double floor = 1e-16, finer = 0.3, aim = 0.3, error = task->settings->motion->error;
+    struct phys_member *member = &task->ensemble->member[i];
+    if (!(error > 0) || member->error <= error || member->failure.status != AD_OK ||
+        !(member->tolerance > floor))
+        return false;
+    double ratio = isnan(member->error) ? 1e-3 : aim * error / member->error;
+    member->tolerance = fmax(member->tolerance * fmax(fmin(ratio, finer), 1e-6), floor);
+    return true;
+}
+
+static void forget(struct phys_ensemble *e, size_t member)
+{
+    const size_t first = member * e->n_times, end = first + e->n_times;
+    for (size_t k = first; k < end; k++)
+        e->energy[k] = (double)NAN;
+    for (size_t k = 2 * e->dof * first; k < 2 * e->dof * end; k++)
+        e->x[k] = (double)NAN;
+}
+
+/* Another run of the place's member. */
+static bool has_another(struct ensemble_place *place)
+{
+    const struct ensemble_task *task = place->task;
+    enum { TRIES = 3 };
+    if (!place->taken || !phys_ensemble_measures(task) ||
+        __atomic_load_n(&task->ensemble->interrupted, __ATOMIC_RELAXED))
+        return false;
+    if (!place->fine)
+        return place->fine = task->ensemble->member[place->member].failure.status == AD_OK;
+    place->fine = false;
+    return ++place->tries < TRIES && tighten(task, place->member);
+}
+
+/* Begins the next run in a place; false: there is none. */
+static bool enter_next(struct ensemble_worker *w, struct ensemble_place *place,
+                       struct ensemble_queue *queue)
+{
+    struct phys_ensemble *e = w->task->ensemble;
+    if (!has_another(place)) {
+        place->member = __atomic_fetch_add(&queue->next, 1, __ATOMIC_RELAXED);
+        place->tries = 0;
+        place->fine = false;
+        while (place->member < queue->end && __atomic_load_n(&e->interrupted, __ATOMIC_RELAXED)) {
+            forget(e, place->member);
+            place->member = __atomic_fetch_add(&queue->next, 1, __ATOMIC_RELAXED);
+        }
+        place->taken = place->member < queue->end;
+    }
+    if (place->taken)
+        phys_place_enter(w, place);
+    return place->taken;
+}
+
+static void run_together(struct ensemble_worker *w, struct ensemble_queue *queue)
+{
+    size_t busy;
     do {
         busy = 0;
         phys_taylor_points_look(w->points);
@@ -149,8 +207,7 @@ static void run_together(struct ensemble_worker *w, size_t n, const struct ensem
             struct ensemble_place *place = &w->place[p];
             if (place->busy)
                 prepare(w, p);
-            while (!place->busy && next < n) {
-                phys_place_enter(w, place, items[next++]);
+            while (!place->busy && enter_next(w, place, queue)) {
                 if (place->error.status == AD_OK && join(w, p))
                     place->busy = true;
                 else
@@ -163,16 +220,19 @@ static void run_together(struct ensemble_worker *w, size_t n, const struct ensem
     } while (busy > 0);
 }
 
-void phys_ensemble_run(struct ensemble_worker *w, size_t n, const struct ensemble_item *items)
+void phys_ensemble_run_first(struct ensemble_worker *w)
 {
-    if (w->points) {
-        run_together(w, n, items);
-        return;
-    }
-    for (size_t i = 0; i < n; i++) {
-        phys_place_enter(w, &w->place[0], items[i]);
-        phys_place_run(&w->place[0]);
-    }
+    phys_place_enter(w, &w->place[0]);
+    phys_place_run(&w->place[0]);
+}
+
+void phys_ensemble_run(struct ensemble_worker *w, struct ensemble_queue *queue)
+{
+    if (w->points)
+        run_together(w, queue);
+    else
+        while (enter_next(w, &w->place[0], queue))
+            phys_place_run(&w->place[0]);
 }
 
 /* ---- workers ---- */
@@ -184,7 +244,7 @@ void phys_ensemble_worker_free(struct ensemble_worker *w)
     for (size_t p = 0; p < AD_SERIES_POINTS; p++) {
         phys_place_leave(&w->place[p]);
         AD_FREE(w->place[p].events, w->place[p].watches, w->place[p].solving.state, w->place[p].y,
-                w->place[p].x, w->place[p].times);
+                w->place[p].x, w->place[p].times, w->place[p].track.x);
     }
     phys_taylor_points_free(w->points);
     phys_ensemble_energy_free(w->energy);

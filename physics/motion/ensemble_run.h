@@ -32,11 +32,9 @@ struct ensemble_track {
     double *x; /* [n][1 + 2 dof]: t, q, v */
 };
 
-/* One run of a member: for its result, or at a hundredth of the tolerance for the error of that. */
-struct ensemble_item {
-    size_t member;
-    bool fine;
-    struct ensemble_track *track; /* of the first, for the second; NULL: not kept */
+/* Members that workers take one by one, each as soon as a place is free. */
+struct ensemble_queue {
+    size_t next, end; /* next: by atomic operations */
 };
 
 /* A thread's: steppers, and machine code. NULL when out of memory. */
@@ -47,8 +45,18 @@ void phys_ensemble_worker_free(struct ensemble_worker *worker); /* takes NULL */
 /* Prepares for many members at once, as they are in member 0; build: compiles for it. False: there
    is no machine code, and members are run one by one. */
 bool phys_ensemble_worker_join(struct ensemble_worker *worker, bool build);
-/* In any order: results are those of each alone. */
-void phys_ensemble_run(struct ensemble_worker *worker, size_t n, const struct ensemble_item *items);
+/* Member 0 alone. */
+void phys_ensemble_run_first(struct ensemble_worker *worker);
+/* Members of the queue until there are none; where errors are measured, each again at a hundredth
+   of its tolerance, and from the beginning with a smaller one while it errs by too much. Results
+   are those of each alone. After an interruption the rest have none. */
+void phys_ensemble_run(struct ensemble_worker *worker, struct ensemble_queue *queue);
+
+/* Whether errors are. */
+static inline bool phys_ensemble_measures(const struct ensemble_task *task)
+{
+    return !task->settings->motion->no_reference;
+}
 
 /* Members first to before end of rank `from` to all the others (ensemble_ranks.c). */
 enum ad_status phys_ensemble_share(const struct ensemble_task *task, size_t from, size_t first,
