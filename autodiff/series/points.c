@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { P = AD_SERIES_POINTS };
+enum { P = AD_SERIES_POINTS, CHECKED = 12 /* orders, by one loop as all */ };
 
 struct ad_points {
     void *library;
@@ -105,13 +105,15 @@ bool ad_points_put(ad_points *points, size_t p, const ad_series *s)
 /* Numbers of point p unlike those of the others, near the model's point. */
 static double beside(double x, size_t p) { return x * (1 + 0x1p-12 * (double)p); }
 
+static size_t checked(const ad_series *s) { return s->order < CHECKED ? s->order : CHECKED; }
+
 static bool same(double a, double b) { return a == b || (isnan(a) && isnan(b)); }
 
 /* Whether point p of the flow and of its sums is what the interpreter makes of it. */
 static bool agrees_at(const ad_points *points, ad_series *s, size_t p,
                       const struct ad_points_steps *steps, double *c)
 {
-    const size_t n = points->n, order = s->order;
+    const size_t n = points->n, order = checked(s);
     const double *got = steps->start, *sum = steps->next, *slope = steps->slope, h = steps->h[p];
     double power[2] = {0};
     bool agrees = true;
@@ -139,7 +141,7 @@ static bool agrees_at(const ad_points *points, ad_series *s, size_t p,
 /* Compilers err: the first results are compared, at h = 1/2, whose powers are exact. */
 static bool agrees(ad_points *points, ad_series *s)
 {
-    const size_t n = points->n, rows = s->order + 1;
+    const size_t n = points->n, order = checked(s), rows = order + 1;
     double *c = malloc(rows * n * sizeof *c), *memory = vectors(rows * n + 5 * n + 3);
     bool agrees = c && memory;
     if (agrees)
@@ -160,12 +162,12 @@ static bool agrees(ad_points *points, ad_series *s)
     for (size_t k = 0; agrees && k < n * P; k++)
         got[n * P + k] = ad_series_example_cut(got[k]);
     for (size_t p = 0; agrees && p < P; p++) {
-        steps.orders[p] = (double)s->order;
+        steps.orders[p] = (double)order;
         steps.h[p] = 0.5;
     }
     if (agrees) {
-        ad_points_flow_cut(points, s->order, got);
-        ad_points_sum(points, &steps, s->order);
+        ad_points_flow_cut(points, order, got);
+        ad_points_sum(points, &steps, order);
         for (size_t p = P; p-- > 0;) /* the model's point last, where it was */
             agrees = agrees && agrees_at(points, s, p, &steps, c);
     }

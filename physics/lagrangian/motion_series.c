@@ -308,7 +308,7 @@ double *phys_motion_points_times(ad_points *points, const struct phys_motion_ser
     return ad_points_input(points, flow_time(model), 0);
 }
 
-/* is_definite. */
+/* is_definite; near its limit, which the series of that motion alone decides, lost. */
 void phys_motion_points_end(const ad_points *points, const struct phys_motion_series *model,
                             double *lost)
 {
@@ -325,7 +325,7 @@ void phys_motion_points_end(const ad_points *points, const struct phys_motion_se
         }
         for (size_t p = 0; p < P; p++) {
             const double pivot = fabs(d[p]);
-            lost[p] = !(pivot > 0) || column[p] / pivot > PHYS_MASS_SINGULAR ? 1 : lost[p];
+            lost[p] = column[p] < PHYS_MASS_SINGULAR / 2 * pivot ? lost[p] : 1;
             positive[p] += d[p] > 0;
         }
     }

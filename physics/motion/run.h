@@ -34,6 +34,7 @@ struct run {
     bool dense;         /* the polynomial of this step is prepared */
     double whole;       /* length of the step before an event cut it */
     size_t next_sample; /* number of the next one */
+    double due;         /* its time in an adaptive run; where there is none, never */
     double *point;      /* [n] for dense output */
     double *values;     /* [largest n of the events] */
     int *signs; /* [sum of the events' n] last ones that were not 0; as much again for new ones */
@@ -55,6 +56,9 @@ struct run {
     struct phys_simulation own;
     double *sizes, begun; /* at; 0: it is not timed */
 };
+
+/* fmax without its call, of numbers. */
+static inline double phys_larger(double a, double b) { return a > b ? a : b; }
 
 /* ---- a simulation step by step (simulate.c) ---- */
 

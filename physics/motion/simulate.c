@@ -83,18 +83,23 @@ double phys_run_sample_time(const struct run *run, size_t i)
     return i == s->n_samples ? s->t1 : s->t0 + (s->t1 - s->t0) * (double)i / (double)s->n_samples;
 }
 
+static void set_due(struct run *run)
+{
+    run->due = run->next_sample <= run->settings->n_samples
+                   ? phys_run_sample_time(run, run->next_sample)
+                   : run->direction * INFINITY;
+}
+
 /* Samples at times within an adaptive step, and at its end. */
 static enum ad_status sample_within(struct run *run, struct ad_error *error)
 {
-    const struct phys_simulation *s = run->settings;
     double theta;
     while (phys_run_sample_within(run, &theta)) {
         if (phys_run_dense(run, theta, error) != AD_OK)
             return error->status;
         phys_run_give_within(run, run->point);
     }
-    if (run->next_sample <= s->n_samples && run->info->stop != PHYS_SIMULATION_INTERRUPTED &&
-        phys_run_sample_time(run, run->next_sample) == run->end)
+    if (run->due == run->end && run->info->stop != PHYS_SIMULATION_INTERRUPTED)
         phys_run_give_within(run, run->stepper.next);
     return AD_OK;
 }
@@ -145,7 +150,10 @@ static enum ad_status check_finite(const struct run *run, struct ad_error *error
 {
     const struct phys_stepper *m = &run->stepper;
     char name[64];
+    double none = 0; /* NaN if one is not */
     for (size_t k = 0; k < m->n; k++)
+        none += 0 * m->next[k];
+    for (size_t k = 0; none != 0 && k < m->n; k++)
         if (!isfinite(m->next[k])) {
             phys_ode_component(m->ode, k, name, sizeof name);
             return ad_fail(error, AD_E_NONFINITE,
@@ -162,7 +170,7 @@ static void count(struct phys_simulation_info *info, double h)
     info->steps++;
     if (info->steps == 1 || h < info->min_step)
         info->min_step = h;
-    info->max_step = fmax(info->max_step, h);
+    info->max_step = phys_larger(info->max_step, h);
 }
 
 /* Where the step ends; the last one ends at t1 to the last bit. */
@@ -187,8 +195,8 @@ static void grow_sizes(struct run *run)
     for (size_t first = 0; run->growing && first < m->n; first += group) {
         double size = 0, next = 0;
         for (size_t k = first; k < first + group; k++) {
-            size = fmax(size, run->growing[k]);
-            next = fmax(next, fabs(m->next[k]));
+            size = phys_larger(run->growing[k], size);
+            next = phys_larger(fabs(m->next[k]), next);
         }
         for (size_t k = first; next > size && k < first + group; k++)
             run->growing[k] = size > 0 ? run->growing[k] * (next / size) : next; /* of one ratio */
@@ -239,21 +247,18 @@ enum ad_status phys_run_settle(struct run *run, struct ad_error *error)
 
 bool phys_run_sample_within(const struct run *run, double *theta)
 {
-    const struct phys_simulation *s = run->settings;
-    if (s->every || run->next_sample > s->n_samples ||
+    if (!((run->due - run->end) * run->direction < 0) || run->settings->every ||
         run->info->stop == PHYS_SIMULATION_INTERRUPTED)
         return false;
-    const double t = phys_run_sample_time(run, run->next_sample);
-    if (!((t - run->end) * run->direction < 0))
-        return false;
-    *theta = ((t - run->stepper.t) - run->late) / run->whole;
+    *theta = ((run->due - run->stepper.t) - run->late) / run->whole;
     return true;
 }
 
 void phys_run_give_within(struct run *run, const double *y)
 {
-    give(run, phys_run_sample_time(run, run->next_sample), y);
+    give(run, run->due, y);
     run->next_sample++;
+    set_due(run);
 }
 
 enum ad_status phys_run_pass(struct run *run, struct ad_error *error)
@@ -304,6 +309,7 @@ enum ad_status phys_run_open(struct run *run, const struct phys_simulation *sett
     if (settings->every || settings->n_samples)
         give(run, run->stepper.t, run->stepper.y);
     run->next_sample = 1;
+    set_due(run);
     return AD_OK;
 }
 

@@ -32,8 +32,8 @@ static double clamp(double x, double low, double high) { return fmin(fmax(x, low
 static double floor_of(const struct run *run)
 {
     const struct phys_simulation *s = run->settings;
-    double clock = 10 * DBL_EPSILON * fmax(fabs(run->stepper.t), 1e-3 * fabs(s->t1 - s->t0));
-    return fmax(s->min_step, clock);
+    double clock = 10 * DBL_EPSILON * phys_larger(fabs(run->stepper.t), 1e-3 * fabs(s->t1 - s->t0));
+    return phys_larger(s->min_step, clock);
 }
 
 static enum ad_status underflow(const struct run *run, const struct ad_error *cause,
@@ -177,7 +177,7 @@ bool phys_run_judge(struct run *run, double norm)
                                 run->rejected ? 1 : c.most);
         if (!run->last || growth < 1)
             run->h = run->tried * growth;
-        run->last_norm = fmax(norm, 1e-4);
+        run->last_norm = phys_larger(norm, 1e-4);
         run->rejected = false;
         return true;
     }
