@@ -95,6 +95,15 @@ void phys_end_space_meet(const struct phys_end_space *s, double *z)
     }
 }
 
+void phys_ends_of_surface(struct phys_surface *surface, struct phys_ends *ends)
+{
+    if (!surface || !surface->whole->ends)
+        return;
+    struct phys_hessian *h = &surface->tangent;
+    *ends = (struct phys_ends){.size = sizeof *ends, .free = {h->free[0], h->free[1]}};
+    h->ends = ends;
+}
+
 /* ---- of a path ---- */
 
 /* Where end coordinate k is in a path. */

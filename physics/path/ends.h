@@ -6,6 +6,7 @@
 #define PHYSICS_PATH_ENDS_H
 
 #include "internal.h"
+#include "physics/path/constrained/surface.h"
 
 struct phys_end_space {
     const struct phys_ends *ends;
@@ -37,6 +38,10 @@ void phys_end_space_meet_path(const struct phys_end_space *space, size_t slices,
 /* Projects those of a gradient [n] of such a path; its norm. */
 double phys_end_space_gradient(const struct phys_end_space *space, size_t slices, size_t n,
                                double *g);
+
+/* The tangent coordinates of constraints that move at the ends: `ends` must live as long as the
+   surface, whose Hessian keeps it. Does nothing for NULL, and where both ends are given. */
+void phys_ends_of_surface(struct phys_surface *surface, struct phys_ends *ends);
 
 /* AD_E_ARGUMENT where relations are not finite, follow from others, or contradict them or the ends
    of the path [rows x slices] that are given. */

@@ -140,6 +140,13 @@ static enum ad_status follow(const struct search *s, const struct phys_ode *ode,
     return error->status;
 }
 
+/* Constraints take up momentum. */
+static void project_end(const struct search *s, size_t end, const double *q, double *p)
+{
+    if (s->newton && s->newton->path.surface)
+        phys_surface_project_end(s->newton->path.surface, end, q, p);
+}
+
 /* What is left of the momenta that free ends have none of, on the motion from (q, v) that ends in
    y; `room` [4 dof] begins with q and v. */
 static void measure_momentum(const struct search *s, const struct phys_ode *ode, const double *y,
@@ -156,8 +163,10 @@ static void measure_momentum(const struct search *s, const struct phys_ode *ode,
         phys_legendre_momentum(legendre, q, v, 0, p, NULL);
         for (size_t k = 0; k < dof; k++)
             p[k] = -p[k];
+        project_end(s, 0, q, p);
         if (phys_ode_leave(ode, T, y, q, v, &none) == AD_OK) {
             phys_legendre_momentum(legendre, q, v, T, p + dof, NULL);
+            project_end(s, 1, q, p + dof);
             phys_end_space_project(&space, NULL, p);
             s->found->free_momentum = 0;
             for (size_t k = 0; k < 2 * dof; k++)

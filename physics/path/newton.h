@@ -18,6 +18,7 @@ struct phys_newton {
     struct phys_path_program path;
     struct phys_hessian hessian;
     struct phys_newton_system band, whole;      /* whole: of all coordinates, beside tangent ones */
+    struct phys_ends tangent_ends;              /* of those */
     double *gradient, *before, *step, *tangent; /* [n] each: gradient of the action; room */
     double unit;                                /* action in units of the objective */
     double damping;

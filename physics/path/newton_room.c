@@ -68,6 +68,7 @@ enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *
     if (phys_surface_new(system, &s->hessian, &s->path.surface, error) != AD_OK)
         return error->status;
     struct phys_surface *surface = s->path.surface;
+    phys_ends_of_surface(surface, &s->tangent_ends);
     if (phys_newton_system_new(&s->band, surface ? &surface->tangent : &s->hessian, hold, error) !=
             AD_OK ||
         (surface && phys_newton_system_new(&s->whole, &s->hessian, hold, error) != AD_OK))

@@ -101,7 +101,7 @@ bool phys_free_ends(const struct phys_path_settings *settings)
     return ends && (ends->free[0] || ends->free[1] || ends->n_relations);
 }
 
-/* Constraints are known to newton alone, and hold at both ends. */
+/* Constraints are known to newton alone, and hold at ends that are given. */
 static enum ad_status check_constraints(const struct phys_solver *solver,
                                         const struct phys_system *system,
                                         const struct phys_path_settings *settings,
@@ -119,9 +119,10 @@ static enum ad_status check_constraints(const struct phys_solver *solver,
     if (settings->hold > 1)
         return ad_fail(error, AD_E_ARGUMENT, "%s has constraints: expected hold 1, got %zu",
                        scene->name, settings->hold);
-    if (phys_free_ends(settings))
+    if (settings->ends && settings->ends->n_relations)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "%s has constraints: expected all coordinates of both ends, got a free one",
+                       "%s has constraints: expected ends that are given or free, got relations "
+                       "between them",
                        scene->name);
     if (scene->n_constraints >= dof)
         return ad_fail(error, AD_E_ARGUMENT,
@@ -132,6 +133,8 @@ static enum ad_status check_constraints(const struct phys_solver *solver,
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     phys_motion_new(system, &motion, error);
     for (size_t end = 0; end < 2 && error->status == AD_OK; end++) {
+        if (settings->ends && settings->ends->free[end])
+            continue;
         for (size_t k = 0; k < dof; k++)
             q[k] = path[k * n + end * (n - 1)];
         phys_motion_check_constraints(motion, end ? "end of the path" : "start of the path", q,

@@ -156,7 +156,8 @@ const struct phys_solver *phys_solver_find(const char *name, struct ad_error *er
 /* Finds the stationary path between the first and last slice of path [s*dof x slices] (s: degree of
    the rule), in place. Settings are checked first (AD_E_ARGUMENT). Of a scene with constraints, by
    newton alone: among paths whose nodes all keep them, from the given path moved to where they
-   hold; AD_E_ARGUMENT where they do not hold at an end, with a place that would do. A value that is
+   hold; AD_E_ARGUMENT where they do not hold at an end, with a place that would do, or cannot at
+   one that is partly given. A value that is
    not finite ends it with AD_E_NONFINITE, naming step, operation and the first coordinate in order
    of slices; path is then unchanged. */
 enum ad_status phys_path_solve(const struct phys_solver *solver, const struct phys_system *system,

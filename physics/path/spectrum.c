@@ -162,7 +162,9 @@ static enum ad_status fill(struct phys_hessian *h, struct phys_surface *surface,
     if (surface && !filled && !h->stopped)
         phys_surface_reduce(surface, path);
     if (surface)
-        return AD_OK;
+        return surface->tangent.ends
+                   ? phys_end_space_new(ends, surface->tangent.ends, surface->left, error)
+                   : AD_OK;
     double *unit = phys_hessian_units(h, path, error); /* with room */
     size_t nodes = h->table.degree + 1;
     if (unit && h->ends && phys_end_space_new(ends, h->ends, h->dof, error) == AD_OK) {
@@ -321,8 +323,11 @@ enum ad_status phys_path_spectrum(const struct phys_system *system,
         h.proceed = settings->proceed;
         h.context = settings->context;
         phys_hessian_settings(&h, settings);
-        if (phys_surface_new(system, &h, &surface, error) == AD_OK)
+        struct phys_ends tangent;
+        if (phys_surface_new(system, &h, &surface, error) == AD_OK) {
+            phys_ends_of_surface(surface, &tangent);
             phys_hessian_spectrum(&h, surface, PHYS_KIND | PHYS_EIGENVALUES, path, spectrum, error);
+        }
     }
     phys_surface_free(surface);
     phys_hessian_free(&h);

@@ -1,15 +1,14 @@
 /* Tangent spaces of constraints along a path (surface.h). */
-#include "surface.h"
+#include "nodes.h"
 #include "autodiff/derivatives.h"
 #include "autodiff/free.h"
 #include "physics/linear/linear.h"
 #include "physics/linear/vectors.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static const double dependent = 1e-6; /* of a gradient: what the others leave of it */
 
 /* ---- making ---- */
 
@@ -47,13 +46,16 @@ static enum ad_status allocate(struct phys_surface *s, struct ad_error *error)
     to->element = malloc(phys_hessian_size(to) * sizeof(double));
     to->stiffness = malloc(s->left * sizeof(double));
     s->order = malloc(s->left * sizeof *s->order);
+    s->moves = calloc(2 * s->left, sizeof *s->moves);
+    for (size_t end = 0; s->moves && h->ends && end < 2; end++)
+        to->free[end] = s->moves + end * s->left;
     s->Z = malloc((s->nodes * s->left * dof + 2 * n * dof + n * n + n + 2 * dof + dof * dof) *
                   sizeof *s->Z);
     s->tape = ad_tape_new(AD_F64);
     for (uint32_t i = 0; s->order && i < s->left; i++)
         s->order[i] = i;
     to->order = s->order;
-    if (!to->element || !to->stiffness || !s->order || !s->Z || !s->tape)
+    if (!to->element || !to->stiffness || !s->order || !s->moves || !s->Z || !s->tape)
         return ad_fail(error, AD_E_MEMORY, "out of memory for constraints of a path");
     s->Q = s->Z + s->nodes * s->left * dof;
     s->W = s->Q + n * dof;
@@ -93,88 +95,7 @@ void phys_surface_free(struct phys_surface *s)
     phys_constraints_free(s->at);
     ad_program_free(s->program);
     ad_tape_free(s->tape);
-    AD_FREE(s->order, s->Z, s);
-}
-
-/* ---- nodes ---- */
-
-/* Where coordinate d of node j lies in a path of so many coordinates. */
-static size_t place(const struct phys_surface *s, size_t dof, size_t j, size_t d)
-{
-    const size_t degree = s->whole->table.degree;
-    return (j % degree * dof + d) * (s->whole->elements + 1) + j / degree;
-}
-
-static double time_of(const struct phys_surface *s, size_t j)
-{
-    const struct phys_hessian *h = s->whole;
-    const size_t e = j / h->table.degree, k = j % h->table.degree;
-    const double after = k ? h->table.node[k] * phys_hessian_length(h, e) * h->dt : 0;
-    return phys_hessian_slice_time(h, e) + after;
-}
-
-static void get(const struct phys_surface *s, const double *path, size_t j, double *q)
-{
-    for (size_t d = 0; d < s->dof; d++)
-        q[d] = path[place(s, s->dof, j, d)];
-}
-
-/* Takes off x its part along the m orthonormal rows of Q; twice, for rounding. */
-static void take_off(size_t dof, size_t m, const double *Q, double *x)
-{
-    for (size_t k = 0; k < 2 * m; k++) {
-        const double *row = Q + k % m * dof, along = phys_dot(dof, row, x);
-        for (size_t d = 0; d < dof; d++)
-            x[d] -= along * row[d];
-    }
-}
-
-static double make_unit(size_t dof, double *x)
-{
-    const double length = phys_norm(dof, x);
-    for (size_t d = 0; d < dof && length > 0; d++)
-        x[d] /= length;
-    return length;
-}
-
-/* G and Q at q of node j. False: its rows depend on each other. */
-static bool find_normals(struct phys_surface *s, size_t j, const double *q)
-{
-    const size_t dof = s->dof;
-    bool independent = true;
-    phys_constraints_evaluate(s->at, q, NULL, time_of(s, j));
-    memcpy(s->Q, s->at->G, s->n * dof * sizeof *s->Q);
-    for (size_t i = 0; i < s->n; i++) {
-        double *row = s->Q + i * dof;
-        const double length = make_unit(dof, row);
-        take_off(dof, i, s->Q, row);
-        const double rest = make_unit(dof, row);
-        independent = independent && length > 0 && isfinite(length) && rest > dependent;
-    }
-    return independent;
-}
-
-/* Rows that Q leaves free: of the unit vectors the one of which most is left, again and again. */
-static void find_tangents(struct phys_surface *s, double *Z)
-{
-    const size_t dof = s->dof;
-    double *x = s->x, *best = s->x + dof;
-    for (size_t i = 0; i < s->left; i++) {
-        double most = 0;
-        for (size_t d = 0; d < dof; d++) {
-            memset(x, 0, dof * sizeof *x);
-            x[d] = 1;
-            take_off(dof, s->n, s->Q, x);
-            take_off(dof, i, Z, x);
-            const double length = phys_dot(dof, x, x);
-            if (length > most) {
-                most = length;
-                memcpy(best, x, dof * sizeof *x);
-            }
-        }
-        make_unit(dof, best);
-        memcpy(Z + i * dof, best, dof * sizeof *best);
-    }
+    AD_FREE(s->order, s->moves, s->Z, s);
 }
 
 /* ---- paths and gradients ---- */
@@ -182,8 +103,8 @@ static void find_tangents(struct phys_surface *s, double *Z)
 /* Whether normals turn by less than a right angle from node j - 1, whose are in s->W, to j. */
 static bool follows(struct phys_surface *s, const double *path, size_t j)
 {
-    get(s, path, j, s->x);
-    if (!find_normals(s, j, s->x))
+    phys_surface_get(s, path, j, s->x);
+    if (!phys_surface_normals(s, j, s->x))
         return false;
     for (size_t i = 0; i < s->n; i++)
         for (size_t k = 0; k < s->n; k++)
@@ -192,49 +113,99 @@ static bool follows(struct phys_surface *s, const double *path, size_t j)
     return j == 0 || phys_lapack_lu_sign(s->n, s->A, s->at->pivots) > 0;
 }
 
+/* Directions in which node j at q meets its constraints: the normals of what moves; of constraints
+   that depend on nothing that does, their own, along which it is not to be moved. */
+static void find_directions(struct phys_surface *s, size_t j, const double *q)
+{
+    const size_t size = s->dof * sizeof *s->W;
+    phys_surface_free_normals(s, j, q);
+    memcpy(s->W, s->at->G, s->n * size);
+    if (!phys_surface_at_end(s, j))
+        return;
+    phys_constraints_evaluate(s->at, q, NULL, phys_surface_time(s, j));
+    for (size_t i = 0; i < s->n; i++)
+        if (phys_norm(s->dof, s->W + i * s->dof) == 0)
+            memcpy(s->W + i * s->dof, s->at->G + i * s->dof, size);
+}
+
+static enum ad_status refuse_end(const struct phys_surface *s, size_t j, double off,
+                                 struct ad_error *error)
+{
+    char by[40] = "";
+    if (isfinite(off))
+        snprintf(by, sizeof by, ", which are off by %.3g", off);
+    *error = (struct ad_error){0};
+    return ad_fail(error, AD_E_ARGUMENT,
+                   "%s: no free coordinates near the guess make the %s of the path keep the "
+                   "constraints; expected other values of those that are given%s",
+                   s->at->system->scene->name, j ? "end" : "start", by);
+}
+
+static enum ad_status meet(struct phys_surface *s, double *path, size_t j, struct ad_error *error)
+{
+    double *q = s->x, *before = q + s->dof, moved = 0;
+    phys_surface_get(s, path, j, q);
+    find_directions(s, j, q);
+    memcpy(before, q, s->dof * sizeof *q);
+    if (phys_constraints_meet(s->at, s->W, phys_surface_time(s, j), q, NULL, error) != AD_OK)
+        return phys_surface_at_end(s, j) ? refuse_end(s, j, NAN, error) : error->status;
+    for (size_t d = 0; d < s->dof; d++) {
+        if (phys_surface_moves(s, j, d))
+            path[phys_surface_place(s, s->dof, j, d)] = q[d];
+        else
+            moved = fmax(moved, fabs(q[d] - before[d]));
+    }
+    return moved > 1e-9 * phys_norm(s->dof, q) ? refuse_end(s, j, moved, error) : AD_OK;
+}
+
 enum ad_status phys_surface_meet(struct phys_surface *s, double *path, struct ad_error *error)
 {
-    for (size_t j = 1; j + 1 < s->nodes; j++) {
-        double *q = s->x;
-        get(s, path, j, q);
-        phys_constraints_evaluate(s->at, q, NULL, time_of(s, j));
-        memcpy(s->W, s->at->G, s->n * s->dof * sizeof *s->W);
-        if (phys_constraints_meet(s->at, s->W, time_of(s, j), q, NULL, error) != AD_OK)
+    for (size_t j = 0; j < s->nodes; j++)
+        if (phys_surface_some_move(s, j) && meet(s, path, j, error) != AD_OK)
             return error->status;
-        for (size_t d = 0; d < s->dof; d++)
-            path[place(s, s->dof, j, d)] = q[d];
-    }
     for (size_t j = 0; j < s->nodes; j++)
         if (!follows(s, path, j))
             return ad_fail(error, AD_E_NONFINITE,
                            "%s: the path jumps from one side of its constraints to another at "
                            "t = %g; try a start nearer to a path that keeps them",
-                           s->at->system->scene->name, time_of(s, j));
+                           s->at->system->scene->name, phys_surface_time(s, j));
     return AD_OK;
-}
-
-static bool project(struct phys_surface *s, const double *path, size_t j, double *x)
-{
-    get(s, path, j, s->x);
-    const bool independent = find_normals(s, j, s->x);
-    take_off(s->dof, s->n, s->Q, x);
-    return independent;
 }
 
 bool phys_surface_project(struct phys_surface *s, const double *path, size_t i, size_t k, double *x)
 {
-    return project(s, path, i * s->whole->table.degree + k, x);
+    const size_t j = i * s->whole->table.degree + k;
+    phys_surface_get(s, path, j, s->x);
+    const bool independent = phys_surface_normals(s, j, s->x);
+    phys_take_off(s->dof, s->n, s->Q, x);
+    return independent;
+}
+
+void phys_surface_project_end(struct phys_surface *s, size_t end, const double *q, double *x)
+{
+    const size_t j = end * (s->nodes - 1);
+    phys_surface_free_normals(s, j, q);
+    phys_take_off(s->dof, s->n, s->Q, x);
+    for (size_t d = 0; d < s->dof; d++)
+        x[d] = phys_surface_moves(s, j, d) ? x[d] : 0;
 }
 
 double phys_surface_gradient(struct phys_surface *s, const double *path, double *gradient)
 {
-    double sum = 0, *x = s->x + s->dof;
-    for (size_t j = 1; j + 1 < s->nodes; j++) {
-        get(s, gradient, j, x);
-        if (!project(s, path, j, x))
+    double sum = 0, *q = s->x, *x = s->x + s->dof;
+    for (size_t j = 0; j < s->nodes; j++) {
+        if (!phys_surface_some_move(s, j))
+            continue;
+        phys_surface_get(s, path, j, q);
+        phys_surface_get(s, gradient, j, x);
+        if (phys_surface_at_end(s, j))
+            phys_surface_project_end(s, j > 0, q, x);
+        else if (phys_surface_normals(s, j, q))
+            phys_take_off(s->dof, s->n, s->Q, x);
+        else
             return NAN;
         for (size_t d = 0; d < s->dof; d++)
-            gradient[place(s, s->dof, j, d)] = x[d];
+            gradient[phys_surface_place(s, s->dof, j, d)] = x[d];
         sum += phys_dot(s->dof, x, x);
     }
     return sqrt(sum);
@@ -247,8 +218,8 @@ void phys_surface_to(const struct phys_surface *s, const double *x, double *u)
             const double *Z = s->Z + (j * s->left + i) * s->dof;
             double sum = 0;
             for (size_t d = 0; d < s->dof; d++)
-                sum += Z[d] * x[place(s, s->dof, j, d)];
-            u[place(s, s->left, j, i)] = sum;
+                sum += Z[d] * x[phys_surface_place(s, s->dof, j, d)];
+            u[phys_surface_place(s, s->left, j, i)] = sum;
         }
 }
 
@@ -258,8 +229,9 @@ void phys_surface_from(const struct phys_surface *s, const double *u, double *x)
         for (size_t d = 0; d < s->dof; d++) {
             double sum = 0;
             for (size_t i = 0; i < s->left; i++)
-                sum += s->Z[(j * s->left + i) * s->dof + d] * u[place(s, s->left, j, i)];
-            x[place(s, s->dof, j, d)] = sum;
+                sum +=
+                    s->Z[(j * s->left + i) * s->dof + d] * u[phys_surface_place(s, s->left, j, i)];
+            x[phys_surface_place(s, s->dof, j, d)] = sum;
         }
 }
 
@@ -270,13 +242,15 @@ static void find_curvature(struct phys_surface *s, size_t j, const double *q)
 {
     const struct phys_hessian *h = s->whole;
     const size_t dof = s->dof, e = j / h->table.degree, k = j % h->table.degree;
-    double *S_q = s->x + dof, t = time_of(s, j);
+    double *S_q = s->x + dof, t = phys_surface_time(s, j);
     for (size_t d = 0; d < dof; d++)
-        S_q[d] = h->gradient[e * h->side + k * dof + d] +
-                 (k == 0 ? h->gradient[e * h->side - dof + d] : 0);
+        S_q[d] = (e < h->elements ? h->gradient[e * h->side + k * dof + d] : 0) +
+                 (k == 0 && e > 0 ? h->gradient[e * h->side - dof + d] : 0);
     for (size_t i = 0; i < s->n; i++) {
         for (size_t m = 0; m < s->n; m++)
             s->A[i * s->n + m] = phys_dot(dof, s->at->G + i * dof, s->at->G + m * dof);
+        if (s->A[i * s->n + i] == 0) /* given coordinates keep it */
+            s->A[i * s->n + i] = 1;
         s->b[i] = phys_dot(dof, s->at->G + i * dof, S_q);
     }
     phys_lapack_lu_solve_once(s->n, s->A, s->b);
@@ -321,17 +295,16 @@ void phys_surface_reduce(struct phys_surface *s, const double *path)
         to->stiffness[i] = mean;
     for (size_t j = 0; j < s->nodes; j++) {
         double *Z = s->Z + j * block;
-        get(s, path, j, s->x);
-        find_normals(s, j, s->x);
-        find_tangents(s, Z);
-        if (j == 0 || j + 1 == s->nodes)
+        const size_t e = j / degree - (j + 1 == s->nodes), node = j - e * degree;
+        phys_surface_get(s, path, j, s->x);
+        phys_surface_tangents(s, j, phys_surface_free_normals(s, j, s->x), Z);
+        if (!phys_surface_some_move(s, j))
             continue;
-        get(s, path, j, s->x);
+        phys_surface_get(s, path, j, s->x);
         find_curvature(s, j, s->x);
         for (size_t i = 0; i < s->left; i++)
             add_column(s, NULL, 0, 0, 0, Z + i * dof, Z,
-                       to->element +
-                           phys_hessian_place(to, j / degree, j % degree, 0, j % degree, i));
+                       to->element + phys_hessian_place(to, e, node, 0, node, i));
     }
     for (size_t e = 0; e < h->elements; e++)
         for (size_t b = 0; b <= degree; b++)

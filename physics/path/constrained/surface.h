@@ -18,6 +18,8 @@ struct phys_surface {
     struct phys_hessian tangent;      /* of u: degree, elements and times are those of `whole` */
     struct phys_constraints *at;      /* g and G at one node */
     uint32_t *order;                  /* of u: 0, 1, ... */
+    bool *moves;                      /* [2][left] of u at the ends, where phys_surface_reduce was
+                                         last: the first directions, where coordinates move */
     size_t dof, n, left, nodes;       /* left: dof - n */
     ad_tape *tape;
     ad_program *program; /* q, t, mu -> sum mu g_qq [dof x dof] */
@@ -33,14 +35,17 @@ enum ad_status phys_surface_new(const struct phys_system *system, const struct p
                                 struct phys_surface **surface, struct ad_error *error);
 void phys_surface_free(struct phys_surface *surface); /* takes NULL */
 
-/* Moves all nodes of a path [degree*dof x slices], except its ends, onto g = 0. AD_E_NONFINITE: it
-   fails at the time named, or normals at neighbouring nodes point to opposite sides, so that no
-   curve on the surface need join them. */
+/* Moves all nodes of a path [degree*dof x slices], of its ends what is free, onto g = 0.
+   AD_E_ARGUMENT: what is given at an end cannot keep it; AD_E_NONFINITE: it fails at the time
+   named, or normals at neighbouring nodes point to opposite sides, so that no curve on the surface
+   need join them. */
 enum ad_status phys_surface_meet(struct phys_surface *s, double *path, struct ad_error *error);
 /* Projects x onto the tangent space at slice i, or (k > 0) at node k behind it. False: the
    constraints are linearly dependent there. */
 bool phys_surface_project(struct phys_surface *s, const double *path, size_t i, size_t k,
                           double *x);
+/* The same at an end at q, with 0 for what is given there. */
+void phys_surface_project_end(struct phys_surface *s, size_t end, const double *q, double *x);
 /* Projects a gradient [degree*dof x slices] at all nodes; returns its norm, NaN where constraints
    are linearly dependent. */
 double phys_surface_gradient(struct phys_surface *s, const double *path, double *gradient);

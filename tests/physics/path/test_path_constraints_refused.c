@@ -27,10 +27,12 @@ static void refused(const struct phys_scene *scene, const double *q0, const doub
 
 static void hold_two(struct phys_path_settings *s) { s->hold = 2; }
 
-static void free_end(struct phys_path_settings *s)
+static void relate_ends(struct phys_path_settings *s)
 {
     static const bool moves[3] = {true, false, false};
-    static struct phys_ends ends = {.size = sizeof ends, .free = {NULL, moves}};
+    static const double relation[7] = {1, 0, 0, -1};
+    static struct phys_ends ends = {
+        .size = sizeof ends, .free = {moves, moves}, .n_relations = 1, .relation = relation};
     s->ends = &ends;
 }
 
@@ -49,7 +51,7 @@ static void what_cannot_be_is_refused(void **state)
     refused(&ball, off, b, NULL, "ball start surface g 1.5 0.6 0.8");
     refused(&ball, centre, b, NULL, "ball surface gradient");
     refused(&ball, a, b, hold_two, "ball constraints hold 2");
-    refused(&ball, a, b, free_end, "ball constraints free");
+    refused(&ball, a, b, relate_ends, "ball constraints relations");
     refused(&same, a, b, NULL, "same first second redundant");
     refused(&fixed, a, b, NULL, "fixed 2 constraints 2 coordinates");
     struct constrained_path r = constrained_path(&ball, "gauss2", 9, 1, a, b);
