@@ -125,10 +125,11 @@ static void report_coverings(const struct phys_solutions *all, struct report *re
 static void report_completeness(const struct path_run *run, const struct phys_solutions *all,
                                 struct report *report)
 {
+    const size_t left = run->system.dof - run->system.scene->n_constraints;
     report_flag(report, "exhaustive", NULL, all->exhaustive);
-    if (run->system.dof > 1 && !isnan(all->unseen_paths)) {
+    if (left > 1 && !isnan(all->unseen_paths)) {
         report_coverings(all, report);
-    } else if (run->system.dof > 1) {
+    } else if (left > 1) {
         report_number(report, "unseen", NULL, NULL, all->unseen);
         report_number(report, "unseen_limit", NULL, NULL, all->unseen_limit);
         report_count(report, "starts", NULL, all->starts);
@@ -147,8 +148,11 @@ static void report_completeness(const struct path_run *run, const struct phys_so
                     all->most_turns, all->fastest,
                     all->limited ? "; there are others that turn more often" : "");
     } else {
-        report_line(report, "  the velocity at the start was swept: two paths near each other may "
-                            "be missing");
+        report_number(report, "fastest_start", NULL, NULL, all->fastest);
+        report_line(report,
+                    "  the velocity at the start was swept up to %.3g: two paths near each other "
+                    "may be missing",
+                    all->fastest);
     }
     if (all->unresolved)
         report_line(report,

@@ -96,7 +96,7 @@ enum ad_status phys_path_grid_independent(const struct phys_system *system,
                                           struct ad_error *error)
 {
     struct phys_shooting s;
-    if (system->dof > PHYS_SHOOTING_DOF) {
+    if (system->dof > PHYS_SHOOTING_DOF || system->scene->constraint) {
         *confirmed = defects_are_small(system, settings, path, &(bool){false}, error);
         return error->status;
     }

@@ -366,7 +366,7 @@ struct phys_solutions {
        more turns. False where a search twice as dense found others. */
     bool exhaustive, limited;
     size_t most_turns;
-    double fastest; /* two and three coordinates: see below */
+    double fastest; /* of velocities that were swept; two and three coordinates: see below */
     /* Two and three coordinates: motions from starts with a kinetic energy up to fastest^2 / 2 were
        looked for twice, independently. found_once: motions that only one search found;
        unseen_paths: a lower estimate of how many both missed; its upper bound at 95 % confidence,
@@ -387,7 +387,8 @@ struct phys_solutions {
    one coordinate all of them if L does not depend on time, else those found by sweeping the
    velocity at the first end; with two and three those of motions from a dense covering of the
    velocities at the first end; with more those found from random velocities, at most `starts`,
-   fewer once a new path has become unlikely. Both ends are given: AD_E_ARGUMENT where
+   fewer once a new path has become unlikely. Constraints that leave one direction: by velocities
+   along it, up to `fastest`; more: by random ones. Both ends are given: AD_E_ARGUMENT where
    settings->ends leaves coordinates free. AD_E_IO as in ranks.h. Free with phys_solutions_free;
    empty on failure. */
 enum ad_status phys_path_all(const struct phys_system *system,

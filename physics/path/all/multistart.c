@@ -22,6 +22,7 @@ static const double ROUNDING = 1e-9;  /* of coordinates: ends so near are one pl
 static const double GRID = 1.02;      /* ratio of neighbouring velocities in a sweep */
 static const double MOST_DETOUR = 30; /* a start that ends this many spans away is rejected */
 static const double NEAR = 0.1;       /* of a motion's extent: its path on the grid */
+static const double ALONG = 30;       /* natural speeds, of motions with constraints */
 static const double UNSEEN = 0.05;    /* a chance of finding more that is not worth a start */
 
 bool phys_multistart_goes_on(struct phys_multistart *s)
@@ -108,11 +109,15 @@ static bool begin(struct phys_multistart *s)
     return true;
 }
 
-/* The miss of one coordinate; NaN where the motion is lost. */
+/* The miss along the direction that is left; NaN where the motion is lost. */
 static double miss_of(struct phys_multistart *s, double velocity)
 {
-    s->v[0] = velocity;
-    return shoot(s) ? miss(s, 0) : (double)NAN;
+    double sum = 0;
+    if (!phys_multistart_velocity(s, velocity) || !shoot(s))
+        return (double)NAN;
+    for (size_t k = 0; k < s->dof; k++)
+        sum += s->along[s->dof + k] * miss(s, k);
+    return sum;
 }
 
 static enum ad_status bisect(struct phys_multistart *s, double low, double high, double miss_low,
@@ -127,18 +132,17 @@ static enum ad_status bisect(struct phys_multistart *s, double low, double high,
         else
             high = middle;
     }
-    s->v[0] = low;
-    return begin(s) ? make_stationary(s, error) : AD_OK;
+    return phys_multistart_velocity(s, low) && begin(s) ? make_stationary(s, error) : AD_OK;
 }
 
-/* Velocities from -PHYS_MULTISTART_RANGE to PHYS_MULTISTART_RANGE times the natural one, dense near
- * zero, with zero among them. */
+/* Velocities from -range to range times the natural one, dense near zero, with zero among them. */
 static enum ad_status sweep(struct phys_multistart *s, struct ad_error *error)
 {
-    int half = (int)ceil(2 * log(PHYS_MULTISTART_RANGE) / log(GRID));
+    const double range = s->left < s->dof ? ALONG : PHYS_MULTISTART_RANGE;
+    int half = (int)ceil(2 * log(range) / log(GRID));
     double before = 0, miss_before = (double)NAN;
     for (int k = -half; k <= half && error->status == AD_OK && phys_multistart_goes_on(s); k++) {
-        double size = s->speed * PHYS_MULTISTART_RANGE * pow(GRID, fabs((double)k) - half);
+        double size = s->speed * range * pow(GRID, fabs((double)k) - half);
         double velocity = k == 0 ? 0 : k < 0 ? -size : size, here = miss_of(s, velocity);
         if (here == 0 || (isfinite(miss_before) && isfinite(here) && miss_before != 0 &&
                           (here < 0) != (miss_before < 0)))
@@ -146,6 +150,7 @@ static enum ad_status sweep(struct phys_multistart *s, struct ad_error *error)
         before = velocity;
         miss_before = here;
     }
+    s->solutions->fastest = s->speed * range;
     return error->status;
 }
 
@@ -178,7 +183,7 @@ static enum ad_status attempt(void *context, size_t k, void *result, struct ad_e
     struct phys_multistart *s = d->s;
     struct attempt *a = result;
     memcpy(s->v, d->v + k * s->dof, s->dof * sizeof *s->v);
-    if (!begin(s))
+    if (!phys_multistart_turn(s, s->v) || !begin(s))
         return error->status;
     phys_rule_interpolate(s->settings.rule, s->dof, s->slices, s->path);
     a->led = phys_newton_settle(&s->newton, s->path, &a->info, error);
@@ -295,16 +300,19 @@ static enum ad_status find_all(struct phys_multistart *s, size_t starts, uint64_
     memcpy(s->path, s->given, s->n * sizeof *s->path);
     s->solutions->unseen = s->solutions->unseen_limit = (double)NAN;
     s->solutions->unseen_paths = s->solutions->unseen_paths_limit = (double)NAN;
-    bool shots = s->dof > 1 && s->dof <= PHYS_END_MAP_DOF;
+    const bool whole = s->left == s->dof;
+    bool shots = whole && s->dof > 1 && s->dof <= PHYS_END_MAP_DOF;
+    s->along[0] = s->along[s->dof] = 1;
     if (!shots && (make_stationary(s, error) != AD_OK || begin_at_rest(s, error) != AD_OK))
         return error->status;
     if (!phys_multistart_goes_on(s))
         ; /* those so far */
     else if (shots)
         phys_multistart_shots(s, seed, error);
-    else if (s->dof > 1)
+    else if (s->left > 1)
         search(s, starts, seed, error);
-    else if (!phys_multistart_energies(s, error) && error->status == AD_OK)
+    else if (!whole ? phys_multistart_directions(s)
+                    : !phys_multistart_energies(s, error) && error->status == AD_OK)
         sweep(s, error);
     if (error->status != AD_OK)
         return error->status;
@@ -320,8 +328,7 @@ enum ad_status phys_path_all(const struct phys_system *system,
     if (AD_LACKS_RESULT(error, solutions) ||
         AD_LACKS(error, system, system->scene, settings, settings->rule, path))
         return error->status;
-    if (phys_refuse_forces(system, "paths", error) != AD_OK ||
-        phys_refuse_constraints(system, "searches for all paths", error) != AD_OK)
+    if (phys_refuse_forces(system, "paths", error) != AD_OK)
         return error->status;
     PHYS_OWN_PATH(settings, error);
     if (settings->mesh)
@@ -329,10 +336,15 @@ enum ad_status phys_path_all(const struct phys_system *system,
                        "mesh: expected even slices in a search for all paths");
     if (phys_free_ends(settings))
         return ad_fail(error, AD_E_ARGUMENT, "all paths: expected both ends given, got free ones");
+    struct phys_path_info unused;
+    if (system->scene->constraint &&
+        phys_path_check(&phys_solver_newton, system, settings, path, &unused, error) != AD_OK)
+        return error->status;
     struct phys_multistart s = {.system = system,
                                 .settings = *settings,
                                 .given = path,
                                 .dof = system->dof,
+                                .left = system->dof - system->scene->n_constraints,
                                 .slices = settings->slices,
                                 .n = settings->rule->degree * system->dof * settings->slices,
                                 .ranks = settings->ranks,
@@ -344,12 +356,13 @@ enum ad_status phys_path_all(const struct phys_system *system,
         s.settings.proceed = NULL;
     s.settings.energy_weight = 0;
     s.settings.steps = STEPS;
-    s.q = malloc((4 * s.dof + s.n) * sizeof *s.q);
+    s.q = calloc(6 * s.dof + s.n, sizeof *s.q);
     if (!s.q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     s.v = s.q + s.dof;
     s.y = s.v + s.dof;
-    s.path = s.y + 2 * s.dof;
+    s.along = s.y + 2 * s.dof;
+    s.path = s.along + 2 * s.dof;
     if (phys_newton_new(&s.newton, system, &s.settings, NULL, error) == AD_OK &&
         phys_ode_lagrangian(system, &s.motion, error) == AD_OK)
         find_all(&s, starts, seed, error);

@@ -17,9 +17,11 @@ struct phys_multistart {
     struct ad_ranks *ranks;       /* NULL: one */
     bool (*asked)(void *context); /* proceed, where ranks have to agree on it */
     size_t dof, slices, n;        /* n: numbers of a path with its inner nodes */
+    size_t left;                  /* by constraints, of dof */
     struct phys_ode motion;
     double speed, span; /* natural scales of velocity and of the path */
     double *q, *v, *y, *path;
+    double *along;              /* [2][dof] where one direction is left: that at either end */
     struct phys_path_info info; /* of the last solution */
     size_t led;                 /* starts that led to a stationary path */
     bool taken;                 /* the last motion has a path of the grid */
@@ -49,6 +51,12 @@ enum ad_status phys_multistart_shots(struct phys_multistart *s, uint64_t seed,
                                      struct ad_error *error);
 /* Motions by their energies. False: it is another kind of question. */
 bool phys_multistart_energies(struct phys_multistart *s, struct ad_error *error);
+/* Of one direction left by constraints: `along`; v at speed x along it at the start. False: the
+   ends are no places of a motion. Without constraints: the only coordinate. (constrained.c) */
+bool phys_multistart_directions(struct phys_multistart *s);
+bool phys_multistart_velocity(struct phys_multistart *s, double x);
+/* v becomes the nearest that constraints allow at the start. */
+bool phys_multistart_turn(struct phys_multistart *s, double *v);
 /* Largest difference of a and b [n]. */
 double phys_multistart_apart(size_t n, const double *a, const double *b);
 
