@@ -101,6 +101,10 @@ struct hnn_training {
      */
     struct ad_ranks *ranks;
     enum hnn_stepping stepping; /* of `rollout` */
+    /* Of `rollout`: samples are observations, not starts. The loss of a sample is the mean square
+       over itself and the K states that follow it, of the motion nearest to all of these; up to 16
+       coordinates. */
+    bool free_starts;
     bool hold; /* of `rollout`: inputs of the model but the time hold from state to state; false:
                   they are linear between */
 };

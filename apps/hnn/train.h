@@ -22,7 +22,7 @@ struct train_options {
     const char *test, *split;
     double test_fraction;
     const char *optimiser, *schedule, *batch, *stepping, *inputs, *controls;
-    bool hold;
+    bool hold, free_starts;
     size_t steps, rollout, every, patience;
     double learning_rate, weight_decay, momentum, average, dt, clip;
     const char *log, *from;

@@ -276,6 +276,7 @@ static enum ad_status training_settings(struct train_run *run, struct ad_error *
     s->rollout = o->rollout;
     s->stepping = (enum hnn_stepping)stepping;
     s->hold = o->hold;
+    s->free_starts = o->free_starts;
     s->dt = run->data.dt;
     s->patience = option_count_or(o->patience, 0);
     s->seed = o->common.seed;
@@ -301,7 +302,7 @@ static enum ad_status refuse_unused(const struct train_run *run, struct ad_error
         {!o->from && !strstr(o->model, "hnn"), "field",
          "is of models with an H: hnn and pixel-hnn"},
         {isnan(o->test_fraction) && !run->pixels, "split", "needs --test-fraction"},
-        {!o->rollout, "dt stepping hold", "needs --rollout"},
+        {!o->rollout, "dt stepping hold free-starts", "needs --rollout"},
         {!run->data.inputs, "hold", "needs --inputs or --controls"},
         {!differences, "differences", "is for rates by differences; here are others"},
         {strcmp(o->optimiser, "sgd") != 0, "momentum", "needs --optimiser sgd"},

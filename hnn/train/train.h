@@ -64,9 +64,13 @@ struct hnn_objective {
     ad_var (*record)(const hnn_model *model, const struct hnn_training *training, ad_var parameters,
                      ad_var x, ad_var target);
 };
-extern const struct hnn_objective hnn_learn_pixels; /* train_pixels.c */
+extern const struct hnn_objective hnn_learn_pixels;   /* train_pixels.c */
+extern const struct hnn_objective hnn_learn_rollouts; /* train_rollouts.c */
 /* Rows of x: the state, its inputs, and those of the states that a rollout leads to. */
 size_t hnn_state_rows(const hnn_model *model, const struct hnn_training *training);
+
+/* Mean square of every column, each row in its unit; NULL: none. */
+ad_var hnn_mean_squares(ad_var residual, const double *units);
 
 /* A loss of the caller's own (train_own.c); AD_E_ARGUMENT where that of a sample depends on
    others. */
@@ -86,7 +90,7 @@ ad_var hnn_record_losses(const hnn_model *model, const struct hnn_training *trai
 
 /* ---- steps in time (train_stepping.c) ---- */
 
-enum { HNN_MIDPOINT_MOST = 16 }; /* coordinates */
+enum { HNN_MIDPOINT_MOST = 16, HNN_STARTS_MOST = 16 }; /* coordinates */
 
 /* A step of length dt [1 x samples]; inputs before and after it [m x samples], where the model has
    some, and whether they hold until the end (not the time). */

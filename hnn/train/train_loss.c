@@ -27,8 +27,7 @@ static ad_var field_at(const hnn_model *model, ad_var parameters, ad_var x)
     return hnn_model_record(model, parameters, x).field;
 }
 
-/* Mean square of every column, each row in its unit; NULL: none. */
-static ad_var mean_squares(ad_var residual, const double *units)
+ad_var hnn_mean_squares(ad_var residual, const double *units)
 {
     size_t n = ad_rows(residual);
     if (!units)
@@ -40,7 +39,7 @@ static ad_var mean_squares(ad_var residual, const double *units)
         inverse[k] = 1 / units[k];
     ad_var scaled = ad_mul(residual, ad_const(residual.tape, n, 1, inverse));
     free(inverse);
-    return mean_squares(scaled, NULL);
+    return hnn_mean_squares(scaled, NULL);
 }
 
 /* ---- rates ---- */
@@ -55,43 +54,10 @@ static ad_var record_rates(const hnn_model *model, const struct hnn_training *tr
                            ad_var parameters, ad_var x, ad_var target)
 {
     (void)training;
-    return mean_squares(ad_sub(field_at(model, parameters, x), target), model->scaling.rate);
+    return hnn_mean_squares(ad_sub(field_at(model, parameters, x), target), model->scaling.rate);
 }
 
 static const struct hnn_objective learn_rates = {false, hnn_state_rows, rates, record_rates};
-
-/* ---- rollouts ---- */
-
-/* Rows of a target: the states after each step, then the lengths of the steps. */
-static size_t rollouts(const hnn_model *model, const struct hnn_training *training)
-{
-    return (hnn_states(model) + 1) * training->rollout;
-}
-
-static ad_var record_rollouts(const hnn_model *model, const struct hnn_training *training,
-                              ad_var parameters, ad_var x, ad_var target)
-{
-    size_t m = hnn_states(model), steps = training->rollout, inputs = model->settings.inputs;
-    ad_var sum = {0}, at = inputs ? ad_slice_rows(x, 0, m) : x;
-    for (size_t k = 0; k < steps; k++) {
-        struct hnn_step step = {.model = model,
-                                .parameters = parameters,
-                                .dt = ad_slice_rows(target, steps * m + k, 1),
-                                .hold = training->hold};
-        if (inputs) {
-            step.before = ad_slice_rows(x, m + k * inputs, inputs);
-            step.after = ad_slice_rows(x, m + (k + 1) * inputs, inputs);
-        }
-        at = hnn_record_step(&step, training->stepping, at);
-        ad_var error = ad_sub(at, ad_slice_rows(target, k * m, m));
-        ad_var squares = mean_squares(error, model->scaling.scale);
-        sum = k ? ad_add(sum, squares) : squares;
-    }
-    return ad_mul(1 / (double)steps, sum);
-}
-
-static const struct hnn_objective learn_rollouts = {false, hnn_state_rows, rollouts,
-                                                    record_rollouts};
 
 /* ---- the choice ---- */
 
@@ -100,7 +66,7 @@ static const struct hnn_objective *objective(const hnn_model *model,
 {
     return model->settings.pixels ? &hnn_learn_pixels
            : training->loss       ? &hnn_learn_own
-           : training->rollout    ? &learn_rollouts
+           : training->rollout    ? &hnn_learn_rollouts
                                   : &learn_rates;
 }
 

@@ -130,6 +130,8 @@ enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_train
         {pixels && s->loss, "a loss of one's own needs a model of states"},
         {s->rollout && !(steps_are_positive(s, train) && steps_are_positive(s, test)),
          "a loss on rollouts needs positive time steps"},
+        {s->free_starts && (!s->rollout || s->loss || model->settings.dof > HNN_STARTS_MOST),
+         "free starts need a loss on rollouts, of at most 16 coordinates"},
         {s->clip > 0 && s->optimiser == &hnn_lbfgs,
          "lbfgs searches along its directions; expected gradients that are not clipped"},
         {s->patience && test->n == 0,

@@ -26,6 +26,8 @@ static void settings_text(const hnn_trainer *t, char text[TEXT_ROOM])
         s->seed, s->loss ? " loss=own" : "");
     if (s->clip > 0)
         snprintf(text + strlen(text), TEXT_ROOM - strlen(text), " clip=%.17g", s->clip);
+    if (s->free_starts)
+        snprintf(text + strlen(text), TEXT_ROOM - strlen(text), " free_starts=1");
     if (s->hold)
         snprintf(text + strlen(text), TEXT_ROOM - strlen(text), " hold=1");
     if (s->stepping)
@@ -317,8 +319,9 @@ static bool same_settings(const struct hnn_settings *a, const struct hnn_setting
            a->separable == b->separable && a->dissipation == b->dissipation &&
            a->precision == b->precision && a->start == b->start && a->seed == b->seed &&
            a->inputs == b->inputs && a->controls == b->controls && a->time == b->time &&
-           a->angles == b->angles && a->quadratic == b->quadratic && a->lattice == b->lattice && a->pixels == b->pixels &&
-           a->autoencoder == b->autoencoder && same_network(a->network, b->network);
+           a->angles == b->angles && a->quadratic == b->quadratic && a->lattice == b->lattice &&
+           a->pixels == b->pixels && a->autoencoder == b->autoencoder &&
+           same_network(a->network, b->network);
 }
 
 static bool same_scaling(const hnn_model *a, const hnn_model *b)
