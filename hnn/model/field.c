@@ -69,17 +69,18 @@ static ad_var seen(const hnn_model *model, ad_var x)
     return ad_concat_rows(parts, part);
 }
 
-/* G u [n x samples], u in its unit and G in that of `unit` [n]. */
-static ad_var force(const hnn_model *model, ad_var parameters, ad_var x, const double *unit)
+/* u is in its unit and G in that of the rates of momenta. */
+ad_var hnn_record_force(const hnn_model *model, ad_var parameters, ad_var x)
 {
     const struct hnn_settings *s = &model->settings;
     size_t first = hnn_rows(model) - s->controls;
     ad_var u = ad_slice_rows(x, first, s->controls);
     ad_var G = hnn_record_block(model, parameters, model->control);
+    const double *unit = model->scaling.rate;
     if (!unit)
         return ad_matmul(G, false, u, false);
     u = ad_mul(u, column(x.tape, s->controls, model->scaling.scale + first, true));
-    return ad_mul(ad_matmul(G, false, u, false), column(x.tape, s->dof, unit, false));
+    return ad_mul(ad_matmul(G, false, u, false), column(x.tape, s->dof, unit + s->dof, false));
 }
 
 static ad_var gradient(ad_var scalar, ad_var x)
@@ -137,8 +138,7 @@ static void record_hamiltonian(const hnn_model *model, ad_var parameters, ad_var
         r->field = ad_sub(r->field, ad_slice_rows(gradient(r->dissipation, x), 0, 2 * s->dof));
     }
     if (s->controls) {
-        const double *rate = model->scaling.rate;
-        ad_var push = force(model, parameters, x, rate ? rate + s->dof : NULL);
+        ad_var push = hnn_record_force(model, parameters, x);
         r->field =
             ad_concat_rows(2, (ad_var[]){ad_slice_rows(r->field, 0, s->dof),
                                          ad_add(ad_slice_rows(r->field, s->dof, s->dof), push)});
@@ -195,8 +195,7 @@ ad_var hnn_record_lagrangian(const hnn_model *model, ad_var parameters, ad_var x
     ad_var M = ad_label(ad_concat_rows(n, mass), "L_vv");
     ad_var push = ad_sub(ad_slice_rows(by, 0, n), ad_concat_rows(n, along));
     if (model->settings.controls)
-        push = ad_add(push, force(model, parameters, x,
-                                  model->scaling.rate ? model->scaling.rate + n : NULL));
+        push = ad_add(push, hnn_record_force(model, parameters, x));
     r->field = ad_concat_rows(2, (ad_var[]){v, ad_solve(M, push, AD_LU)});
     r->energy = ad_label(ad_sub(ad_sum_rows(ad_mul(p, v)), L), "H");
     return M;

@@ -115,6 +115,8 @@ ad_var hnn_record_block(const hnn_model *model, ad_var parameters, size_t k);
 /* Outputs [outputs x samples] of a network at what it sees (field.c). */
 ad_var hnn_record_network(const hnn_model *model, const struct hnn_net *net, ad_var parameters,
                           ad_var seen);
+/* G u [n x samples] of a model with controls (field.c). */
+ad_var hnn_record_force(const hnn_model *model, ad_var parameters, ad_var x);
 /* Of a lattice (lattice.c): the sum of its network over sites [1 x samples]; a baseline's rates in
    their units [2n x samples]; and all of a Lagrangian one, returning L_vv of the sites, which are
    uncoupled, [n x samples]. */

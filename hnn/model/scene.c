@@ -15,7 +15,7 @@ enum { ROUNDS = 6, NAME = 48 };
    of its square, and second derivatives of L are wrong by the square of that. */
 static const double last_change = 1e-5;
 
-/* Of a system; the start is behind it, q then v. */
+/* Of a system; behind it are the start, q then v, and the inputs but the time. */
 struct learnt {
     struct phys_scene scene;
     hnn_model *model;
@@ -30,6 +30,11 @@ struct params {
     double start[];
 };
 
+static size_t parameters_of(const hnn_model *model)
+{
+    return hnn_rows(model) - model->settings.time;
+}
+
 /* ---- L ---- */
 
 static ad_var gradient(ad_var scalar, ad_var x)
@@ -39,19 +44,31 @@ static ad_var gradient(ad_var scalar, ad_var x)
     return g;
 }
 
-static ad_var hamiltonian(const struct learnt *l, ad_var parameters, ad_var q, ad_var p)
+/* (q, p or v) and the inputs `u`, where there are some. */
+static ad_var with_inputs(const struct learnt *l, ad_var q, ad_var p, ad_var u)
 {
-    return hnn_model_record(l->model, parameters, ad_concat_rows(2, (ad_var[]){q, p})).energy;
+    return ad_concat_rows(l->model->settings.inputs ? 3 : 2, (ad_var[]){q, p, u});
+}
+
+/* H, or L, of a state. */
+struct at {
+    const struct learnt *of;
+    ad_var parameters, q, v, u;
+};
+
+static ad_var hamiltonian(const struct at *a, ad_var p)
+{
+    return hnn_model_record(a->of->model, a->parameters, with_inputs(a->of, a->q, p, a->u)).energy;
 }
 
 /* H_pp^-1 (H_p - v), a step of Newton's method for H_p(q, p) = v. */
-static ad_var correction(const struct learnt *l, ad_var parameters, ad_var q, ad_var p, ad_var v)
+static ad_var correction(const struct at *a, ad_var p)
 {
-    size_t n = l->scene.dof;
-    ad_var by = gradient(hamiltonian(l, parameters, q, p), p), row[HNN_LAGRANGIAN_MOST];
+    size_t n = a->of->scene.dof;
+    ad_var by = gradient(hamiltonian(a, p), p), row[HNN_LAGRANGIAN_MOST];
     for (size_t k = 0; k < n; k++)
         row[k] = gradient(ad_row(by, k), p);
-    ad_var off = ad_sub(by, v);
+    ad_var off = ad_sub(by, a->v);
     return n == 1 ? ad_div(off, row[0]) : ad_solve(ad_concat_rows(n, row), off, AD_LU);
 }
 
@@ -59,29 +76,58 @@ static ad_var correction(const struct learnt *l, ad_var parameters, ad_var q, ad
    training a step, and NaN where it does not converge. Then one step is recorded with derivatives:
    p is wrong by O(d^2) at a distance d, L by O(d^4), so derivatives to the third order are exact.
  */
-static ad_var transformed(const struct learnt *l, ad_var parameters, ad_var q, ad_var v)
+static ad_var transformed(const struct at *a)
 {
+    const struct learnt *l = a->of;
     size_t n = l->scene.dof;
-    ad_var width = ad_const(q.tape, n, 1, l->width), step = v;
-    ad_var p = ad_add(ad_mul(0.0, v), ad_const(q.tape, n, 1, l->centre));
+    ad_var v = a->v, width = ad_const(v.tape, n, 1, l->width), step = v;
+    ad_var p = ad_add(ad_mul(0.0, v), ad_const(v.tape, n, 1, l->centre));
     for (size_t k = 0; k < ROUNDS; k++) {
-        step = ad_div(correction(l, parameters, q, p, v), width);
+        step = ad_div(correction(a, p), width);
         p = ad_detach(ad_sub(p, ad_mul(width, ad_tanh(step))));
     }
     ad_var left = ad_sub(1, ad_sum_rows(ad_square(ad_mul(1 / last_change, step))));
     p = ad_detach(ad_add(p, ad_mul(DBL_MIN, ad_sqrt(left))));
-    p = ad_sub(p, correction(l, parameters, q, p, v));
-    return ad_sub(ad_sum_rows(ad_mul(p, v)), hamiltonian(l, parameters, q, p));
+    p = ad_sub(p, correction(a, p));
+    return ad_sub(ad_sum_rows(ad_mul(p, v)), hamiltonian(a, p));
 }
 
+/* Rows of the inputs: the time, then parameters of the scene. */
+static ad_var inputs(const struct params *p, ad_var q, ad_var t)
+{
+    const hnn_model *model = p->of->model;
+    ad_var row[HNN_INPUTS_MOST] = {t};
+    for (size_t k = model->settings.time; k < model->settings.inputs; k++)
+        row[k] = ad_add(ad_mul(0.0, ad_row(q, 0)),
+                        phys_param(p->start + hnn_states(model) + k - model->settings.time));
+    return ad_concat_rows(model->settings.inputs, row);
+}
+
+/* Controls push with G u, the force of q G u. */
 static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)
 {
-    const struct learnt *l = ((const struct params *)params)->of;
-    ad_var parameters = ad_const(q.tape, 1, l->model->size, l->values);
-    (void)t;
-    return l->model->settings.kind == HNN_LAGRANGIAN
-               ? hnn_record_L(l->model, parameters, ad_concat_rows(2, (ad_var[]){q, v}))
-               : transformed(l, parameters, q, v);
+    const struct params *p = params;
+    const hnn_model *model = p->of->model;
+    struct at a = {p->of, ad_const(q.tape, 1, model->size, p->of->values), q, v, t};
+    if (model->settings.inputs)
+        a.u = inputs(p, q, t);
+    ad_var x = with_inputs(p->of, q, v, a.u);
+    ad_var L = model->settings.kind == HNN_LAGRANGIAN ? hnn_record_L(model, a.parameters, x)
+                                                      : transformed(&a);
+    if (!model->settings.controls)
+        return L;
+    return ad_add(L, ad_sum_rows(ad_mul(q, hnn_record_force(model, a.parameters, x))));
+}
+
+/* Those inputs, for what is measured of the model itself. */
+static enum ad_status drive(void *context, double t, double *u, struct ad_error *error)
+{
+    const struct params *p = context;
+    const hnn_model *model = p->of->model;
+    const size_t time = model->settings.time;
+    u[0] = t;
+    memcpy(u + time, p->start + hnn_states(model), (model->settings.inputs - time) * sizeof *u);
+    return error->status;
 }
 
 static enum ad_status start(const void *params, uint64_t seed, double *q, double *v,
@@ -104,7 +150,6 @@ static enum ad_status check(const char *file, const struct hnn_settings *s, stru
         s->pixels                ? "learnt from pixels: its coordinates are latent"
         : s->dissipation         ? "a learnt dissipation, which no Lagrangian gives"
         : s->kind == HNN_SYMPNET ? "a sympnet, which has no H or L"
-        : s->inputs              ? "its inputs: a scene has none"
         : s->dof > HNN_LAGRANGIAN_MOST && (!s->lattice || hamiltonian) ? "more than 32 coordinates"
         : hamiltonian && strcmp(s->activation, "relu") == 0
             ? "activation relu: H has no second derivatives"
@@ -122,13 +167,16 @@ static void choose_span(struct learnt *l, double x[])
     const struct hnn_range seen = hnn_model_range(l->model);
     bool lagrangian = l->model->settings.kind == HNN_LAGRANGIAN;
     double rate[2 * HNN_LATTICE_MOST], shortest = INFINITY;
+    const size_t H = hnn_rows(l->model);
+    for (size_t k = 2 * n; k < H; k++) /* inputs: the middle of what was seen */
+        x[k] = seen.low ? (seen.low[k] + seen.high[k]) / 2 : 0;
     for (size_t k = 0; k < 2 * n; k++) {
         double low = seen.low ? seen.low[k] : -1, high = seen.low ? seen.high[k] : 1;
         bool rest = k >= n && low <= 0 && high >= 0;
         x[k] = rest ? 0 : (low + high) / 2 + (k < n ? (high - low) / 4 : 0);
         if (k < n) {
             double other = seen.low ? seen.high[n + k] - seen.low[n + k] : 2,
-                   energy = seen.low ? seen.high[2 * n] - seen.low[2 * n] : 0.5,
+                   energy = seen.low ? seen.high[H] - seen.low[H] : 0.5,
                    time = (high - low) * (lagrangian ? 1 / other : other / (8 * energy));
             shortest = isfinite(time) && time > 0 ? fmin(shortest, time) : shortest;
             continue;
@@ -155,12 +203,13 @@ static enum ad_status describe(struct learnt *l, const char *file, struct ad_err
 {
     hnn_model *model = l->model;
     size_t n = model->settings.dof;
-    double x[2 * HNN_LATTICE_MOST];
+    double x[2 * HNN_LATTICE_MOST + HNN_INPUTS_MOST];
+    const size_t n_params = parameters_of(model), time = model->settings.time;
     l->values = malloc(model->size * sizeof *l->values);
     l->file = strdup(file);
-    l->name = calloc(3 * n, sizeof *l->name); /* of coordinates, then of the start */
+    l->name = calloc(n + n_params, sizeof *l->name); /* of coordinates, then of parameters */
     l->coordinates = calloc(n, sizeof *l->coordinates);
-    l->params = calloc(2 * n, sizeof *l->params);
+    l->params = calloc(n_params, sizeof *l->params);
     if (!l->values || !l->file || !l->name || !l->coordinates || !l->params)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %s", file);
     hnn_to_double(model->settings.precision, model->size, model->parameters, l->values);
@@ -178,8 +227,8 @@ static enum ad_status describe(struct learnt *l, const char *file, struct ad_err
         .time_unit = "1",
         .energy_unit = "1",
         .params = l->params,
-        .n_params = 2 * n,
-        .params_bytes = sizeof(struct params) + 2 * n * sizeof(double),
+        .n_params = n_params,
+        .params_bytes = sizeof(struct params) + n_params * sizeof(double),
         .lagrangian = lagrangian,
         .start = start,
         .picture = PHYS_PICTURE_TIME,
@@ -195,6 +244,11 @@ static enum ad_status describe(struct learnt *l, const char *file, struct ad_err
             (struct phys_param){l->name[n + k], k < n ? l->scene.unit : "1",
                                 k < n ? "coordinate at the start" : "velocity at the start", x[k],
                                 sizeof(struct params) + k * sizeof(double)};
+    }
+    for (size_t k = 2 * n; k < n_params; k++) {
+        hnn_model_input(model, k - 2 * n + time, l->name[n + k], NAME);
+        l->params[k] = (struct phys_param){l->name[n + k], "1", "input of the model", x[k + time],
+                                           sizeof(struct params) + k * sizeof(double)};
     }
     return AD_OK;
 }
@@ -223,6 +277,8 @@ enum ad_status hnn_system_open(const char *name, struct phys_system *system, str
         return error->status;
     }
     ((struct params *)system->params)->of = l;
+    if (l->model->settings.inputs)
+        l->model->drive = (struct hnn_drive){drive, system->params, true};
     system->library = l;
     system->close = learnt_free;
     return error->status;

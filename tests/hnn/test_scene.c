@@ -120,6 +120,26 @@ static void test_closed_form(void **state)
 
 /* ---- motions ---- */
 
+/* Time, a parameter, a control; the last two are constant. */
+static const double given[] = {0.7, -0.4};
+
+static enum ad_status drive(void *context, double t, double *u, struct ad_error *error)
+{
+    (void)context;
+    u[0] = t;
+    memcpy(u + 1, given, sizeof given);
+    return error->status;
+}
+
+static void give_inputs(struct phys_system *system)
+{
+    struct ad_error error = {0};
+    if (!hnn_model_settings(hnn_system_model(system))->inputs)
+        return;
+    assert_int_equal(phys_system_set(system, "u2", given[0], &error), AD_OK);
+    assert_int_equal(phys_system_set(system, "u3", given[1], &error), AD_OK);
+}
+
 /* By Hamilton's equations, or the model's own accelerations, against those of its L. */
 static void compare_motions(hnn_model *model, const double *x0)
 {
@@ -132,14 +152,16 @@ static void compare_motions(hnn_model *model, const double *x0)
     bool momenta = hnn_model_settings(model)->kind == HNN_HAMILTONIAN;
     hnn_times(0, 2, N, t);
     const struct hnn_rollout_settings how = {.size = sizeof how, .rtol = 1e-13, .n = N, .t = t};
+    hnn_model_drive(model, &(struct hnn_drive){drive, NULL, true});
     assert_int_equal(hnn_model_ode(model, &own, &error), AD_OK);
     assert_int_equal(hnn_rollout(&own, &how, x0, &a, NULL, &error), AD_OK);
     double velocity[N][2];
     for (size_t i = 0; i < N; i++) {
-        hnn_model_field(model, a.x + 2 * n * i, rate);
+        assert_int_equal(own.field(own.context, t[i], a.x + 2 * n * i, rate, &error), AD_OK);
         memcpy(velocity[i], rate, n * sizeof *rate);
     }
     struct phys_system system = as_scene(model);
+    give_inputs(&system);
     assert_int_equal(phys_ode_lagrangian(&system, &scene, &error), AD_OK);
     memcpy(start, x0, n * sizeof *x0);
     memcpy(start + n, velocity[0], n * sizeof *x0);
@@ -156,7 +178,7 @@ static void compare_motions(hnn_model *model, const double *x0)
         phys_legendre *legendre;
         double p[2];
         assert_int_equal(phys_legendre_new(&system, &legendre, &error), AD_OK);
-        phys_legendre_momentum(legendre, x, x + n, 0, p, NULL);
+        phys_legendre_momentum(legendre, x, x + n, t[N - 1], p, NULL);
         for (size_t k = 0; k < n; k++)
             assert_close(p[k], a.x[2 * n * (N - 1) + n + k], 1e-9, 1e-9);
         phys_legendre_free(legendre);
@@ -186,6 +208,47 @@ static void test_motions(void **state)
                          AD_OK);
         compare_motions(model, x0);
     }
+}
+
+/* H = -cos p - .3 cos(q + t/2) + .2 sin(q + g), and a force .3 u; and Lagrangian networks. */
+static void test_inputs(void **state)
+{
+    (void)state;
+    enum { ROWS = 5 };
+    struct ad_error error = {0};
+    struct hnn_settings s = hnn_defaults(HNN_HAMILTONIAN, 1);
+    s.layers = 2;
+    s.hidden[0] = 3;
+    s.activation = "sine";
+    s.precision = AD_F64;
+    s.inputs = 3;
+    s.controls = 1;
+    s.time = true;
+    hnn_model *model = small_model(&s);
+    const double turn = -M_PI / 2;
+    const double values[] = {0,    0,    0, 1, 1,   0.5, 0,
+                             0,    1,    0, 1, 0, /* of q, t, g, p */
+                             turn, turn, 0, 1, 0.3, 0.2, /* G */ 0.3};
+    assert_int_equal(hnn_model_size(model), LENGTH(values));
+    hnn_model_set_parameters(model, values);
+    double *x = small_values(5, ROWS, 50);
+    assert_int_equal(hnn_model_see(model, 50, x, &error), AD_OK);
+    compare_motions(model, (double[]){0.6, 0.3});
+    for (size_t k = 0; k < small_n_kinds; k++) {
+        if (small_kinds[k].kind != HNN_LAGRANGIAN)
+            continue;
+        s = small_settings(&small_kinds[k], 1, 3);
+        s.inputs = 3;
+        s.controls = 1;
+        s.time = true;
+        model = small_model(&s);
+        assert_int_equal(hnn_model_normalise(model, (double[]){0.1, 0.2, 0.1, -0.1, 2},
+                                             (double[]){1.2, 0.8, 1.1, 0.9, 3}, (double[]){1, 2},
+                                             &error),
+                         AD_OK);
+        compare_motions(model, (double[]){0.6, 0.3});
+    }
+    free(x);
 }
 
 /* Variations need third derivatives of L: against two motions that start apart. */
@@ -270,9 +333,8 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_closed_form),
-        cmocka_unit_test(test_motions),
-        cmocka_unit_test(test_variations),
+        cmocka_unit_test(test_closed_form), cmocka_unit_test(test_motions),
+        cmocka_unit_test(test_inputs),      cmocka_unit_test(test_variations),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);

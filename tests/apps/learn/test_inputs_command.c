@@ -112,14 +112,26 @@ static void what_is_refused(void **state)
     refused("train all.csv --model baseline --state q,p --time t --controls u", "baseline");
     refused("train all.csv --from m.h5 --state q,p --time t --inputs g,t", "m.h5 t,g,u");
     refused("train all.csv --state q,p --time t --hold --rollout 2", "--hold --inputs");
-    static const char *const other[] = {"field", "simulate",        "path", "modes",
-                                        "check", "quantum --scene", "fit"};
-    for (size_t k = 0; k < sizeof other / sizeof *other; k++) {
-        char command[64];
-        snprintf(command, sizeof command, "%s m.h5%s", other[k], k == 6 ? " d.csv --free q0" : "");
-        refused(command, "m.h5 inputs");
+    refused("field m.h5", "m.h5 inputs");
+    refused("modes m.h5", "m.h5 time");
+    refused("quantum --scene m.h5", "m.h5 time");
+    refused("simulate m.h5 --set t=1", "t");
+}
+
+/* Inputs are parameters of a scene, and the time is the scene's. */
+static void scene(void **state)
+{
+    (void)state;
+    double drift[2];
+    shell_works("$LA check m.h5 --set g=1.5");
+    for (int k = 0; k < 2; k++) {
+        shell_works("$LA simulate m.h5 --set g=1.5 --set u=%d --time 0.2 --no-reference --csv - "
+                    "--samples 1 --quiet | tail -1 | cut -d, -f2",
+                    k);
+        drift[k] = strtod(shell_out(), NULL);
     }
-    refused("simulate m.h5 --scan q0=0:1:3", "m.h5 inputs");
+    assert_true(fabs(drift[1] - drift[0]) > 1e-6);
+    shell_works("$LA simulate m.h5 --scan u=-1:1:3 --time 0.1 --no-reference");
 }
 
 int main(void)
@@ -127,6 +139,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(who_gives, setup),
         cmocka_unit_test_setup(pictures, setup),
+        cmocka_unit_test_setup(scene, setup),
         cmocka_unit_test_setup(lagrangian, setup),
         cmocka_unit_test_setup(what_is_refused, setup),
     };
