@@ -51,9 +51,12 @@ static void sort_at(double *x, size_t first, size_t n, size_t n_wanted, const si
 static struct phys_spread spread_of(size_t n, double *x)
 {
     struct phys_spread s = {.n = n, .mean = n ? 0 : (double)NAN};
-    double squares = 0;
+    double squares = 0, rest = 0;
     for (size_t i = 0; i < n; i++)
         s.mean += x[i] / (double)n;
+    for (size_t i = 0; i < n; i++) /* what rounding of the sum left */
+        rest += x[i] - s.mean;
+    s.mean += n ? rest / (double)n : 0;
     for (size_t i = 0; i < n; i++)
         squares += (x[i] - s.mean) * (x[i] - s.mean);
     s.deviation = n > 1 ? sqrt(squares / (double)(n - 1)) : (double)NAN;

@@ -114,6 +114,35 @@ static void an_interruption_counts_who_is_complete(void **state)
     end(&s);
 }
 
+/* Of members alike the mean is their number, to the last digit, and the deviation 0. */
+static void members_alike_have_no_spread(void **state)
+{
+    (void)state;
+    enum { ALIKE = 49 };
+    double values[ALIKE];
+    const char *const name = "e";
+    const struct phys_motion_settings motion = {
+        .size = sizeof motion, .time = 0.1, .no_reference = true, .n_samples = 1};
+    const struct phys_ensemble_settings settings = {.size = sizeof settings,
+                                                    .n = ALIKE,
+                                                    .n_columns = 1,
+                                                    .names = &name,
+                                                    .values = values,
+                                                    .motion = &motion};
+    struct phys_system system = system_opened("kepler");
+    struct phys_ensemble e;
+    struct ad_error error = {0};
+    for (size_t i = 0; i < ALIKE; i++)
+        values[i] = 0.3;
+    assert_int_equal(phys_ensemble_solve(&system, &settings, &e, &error), AD_OK);
+    for (size_t k = 0; k < 5 * e.n_times; k++) {
+        const struct phys_spread *s = &e.spread[k];
+        assert_true(s->n == ALIKE && s->mean == s->quantile[0] && s->deviation == 0);
+    }
+    phys_ensemble_free(&e);
+    phys_system_close(&system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -121,6 +150,7 @@ int main(void)
         cmocka_unit_test(what_comes_back_to_zero_has_an_error),
         cmocka_unit_test(steps_begin_at_a_thousandth_of_the_error),
         cmocka_unit_test(an_interruption_counts_who_is_complete),
+        cmocka_unit_test(members_alike_have_no_spread),
     };
     return cmocka_run_group_tests(tests, native_open_quick, native_remove_cache);
 }
