@@ -390,6 +390,29 @@ static void models_come_back_to_the_bit(void **state)
     }
 }
 
+static void models_of_pixels_come_back(void **state)
+{
+    struct ad_error error = {0};
+    struct hnn_exchange exchange;
+    struct hnn_settings s = hnn_defaults(HNN_HAMILTONIAN, 1);
+    const struct path file = files_temporary("pixels.safetensors");
+    hnn_model *model, *back;
+    (void)state;
+    s.hidden[0] = s.hidden[1] = 3;
+    s.pixels = 4;
+    s.autoencoder = 5;
+    assert_int_equal(hnn_model_new(&s, &model, &error), AD_OK);
+    assert_int_equal(hnn_model_export(model, file.text, &error), AD_OK);
+    back = import_as(file.text, &s, &exchange);
+    assert_int_equal(hnn_model_settings(back)->pixels, 4);
+    assert_int_equal(hnn_model_settings(back)->autoencoder, 5);
+    assert_int_equal(hnn_model_size(model), hnn_model_size(back));
+    assert_memory_equal(hnn_model_parameters(model), hnn_model_parameters(back),
+                        hnn_model_size(model) * (s.precision == AD_F32 ? 4 : 8));
+    hnn_model_free(model);
+    hnn_model_free(back);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -402,6 +425,7 @@ int main(void)
         cmocka_unit_test(maps_are_ordered_by_number),
         cmocka_unit_test(maps_without_an_order_are_refused),
         cmocka_unit_test(models_come_back_to_the_bit),
+        cmocka_unit_test(models_of_pixels_come_back),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

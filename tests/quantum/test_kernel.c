@@ -1,5 +1,6 @@
 /* The kernel: element by element against closed forms, aliasing where it is predicted, walls. */
 #include "waves.h"
+#include "quantum/internal.h"
 #include "tests/mentions.h"
 
 #include <stdlib.h>
@@ -261,6 +262,16 @@ static void absorbing_layers_absorb(void **state)
     struct qm_gaussian packet = {0, 0.8, 6};
     assert_true(norm_after(&slice, &packet, 1) > 0.999);
     assert_true(norm_after(&slice, &packet, 8) < 1e-5);
+    const size_t n = slice.grid.n;
+    double *mask = malloc(n * sizeof *mask);
+    assert_non_null(mask);
+    qm_absorber(&slice, mask);
+    qm_complex *absorbing = kernel_of(&slice), *open = (slice.absorb = 0, kernel_of(&slice));
+    for (size_t k = 0; k < n * n; k++) /* from the first row to the last */
+        assert_close(cabs(absorbing[k]), mask[k / n] * cabs(open[k]), 1e-12, 0);
+    free(absorbing);
+    free(open);
+    free(mask);
     phys_system_close(&system);
 }
 
