@@ -228,6 +228,14 @@ static void test_linear_saddle(void **state)
     for (size_t k = 0; k < 4; k++)
         assert_close(exponents[k], exact[k], 0, 0.05);
     assert_close(exponents[0] + exponents[1] + exponents[2] + exponents[3], 0, 0, 1e-9);
+    double later[4];
+    const double ones[] = {1, 1, 1, 1};
+    const struct phys_lyapunov_settings from_7 = {
+        .size = sizeof from_7, .t0 = 7, .t1 = 11, .tolerance = 1e-12, .scale = ones};
+    spectrum_of(&system, x, 4, 4, exponents, spread, AD_OK);
+    assert_int_equal(phys_lyapunov_spectrum(&system, x, &from_7, 4, later, spread, &error), AD_OK);
+    for (size_t k = 0; k < 4; k++) /* whatever the clock says */
+        assert_close(later[k], exponents[k], 0, 1e-9);
     spectrum_of(&system, x, 20, 5, exponents, spread, AD_E_ARGUMENT);
     spectrum_of(&system, x, 20, 0, exponents, spread, AD_E_ARGUMENT);
     spectrum_of(&system, x, 0, 1, exponents, spread, AD_E_ARGUMENT);
