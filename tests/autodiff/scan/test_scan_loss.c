@@ -1,4 +1,5 @@
-/* The loss of a Hamiltonian network over a motion as a loop, against the same unrolled. */
+/* The loss of a Hamiltonian network over a motion as a loop, compiled and direct, against the same
+   unrolled. */
 #include "scan_cases.h"
 
 enum { SAMPLES = 4, HIDDEN = 6, TURNS = 7, WEIGHTS = 3 };
@@ -56,16 +57,25 @@ static void test_loss(void **state)
     ad_tape *tape[2];
     ad_var in[2][WEIGHTS + 1], out[2][WEIGHTS + 1];
     ad_program *p[2];
+    double at[WEIGHTS + 1][2 * HIDDEN], slope[WEIGHTS + 1][2 * HIDDEN], value;
+    struct ad_error error = {0};
     for (int u = 0; u < 2; u++) {
         p[u] = loss(u, &tape[u], in[u], out[u]);
-        double at[2 * HIDDEN];
         for (int k = 0; k <= WEIGHTS; k++) {
             for (int i = 0; i < 2 * HIDDEN; i++)
-                at[i] = sin(1 + i + 5 * k);
-            ad_set(p[u], in[u][k], at);
+                at[k][i] = sin(1 + i + 5 * k);
+            ad_set(p[u], in[u][k], at[k]);
         }
         ad_run(p[u]);
     }
+    assert_int_equal(ad_gradient(WEIGHTS + 1, in[0], (const double *[]){at[0], at[1], at[2], at[3]},
+                                 out[0][WEIGHTS], &value,
+                                 (double *[]){slope[0], slope[1], slope[2], slope[3]}, &error),
+                     AD_OK);
+    assert_close(value, *(const double *)ad_data(p[1], out[1][WEIGHTS]), 1e-13, 0);
+    for (int k = 0; k < WEIGHTS; k++)
+        for (size_t i = 0; i < size_of(out[0][k]); i++)
+            assert_close(slope[k][i], ((const double *)ad_data(p[1], out[1][k]))[i], 1e-13, 1e-14);
     for (int k = 0; k <= WEIGHTS; k++)
         for (size_t i = 0; i < size_of(out[0][k]); i++) {
             const double *a = ad_data(p[0], out[0][k]), *b = ad_data(p[1], out[1][k]);
