@@ -143,6 +143,39 @@ static void members_alike_have_no_spread(void **state)
     phys_system_close(&system);
 }
 
+/* A member without a series at its start fails by itself, among others that advance together. */
+static void a_member_may_fail_at_its_start(void **state)
+{
+    (void)state;
+    const char *const names[] = {"x", "v_y"};
+    double values[2 * MEMBERS];
+    struct phys_system system = system_opened("kepler");
+    struct phys_ensemble e;
+    struct ad_error error = {0};
+    const struct phys_motion_settings motion = {.size = sizeof motion,
+                                                .time = 3,
+                                                .tolerance = 1e-9,
+                                                .n_samples = 4,
+                                                .integrator =
+                                                    phys_integrator_find("taylor", &error)};
+    const struct phys_ensemble_settings settings = {.size = sizeof settings,
+                                                    .n = MEMBERS,
+                                                    .n_columns = 2,
+                                                    .names = names,
+                                                    .values = values,
+                                                    .motion = &motion};
+    for (size_t i = 0; i < MEMBERS; i++) {
+        values[2 * i] = i == 3 ? 0 : 1;
+        values[2 * i + 1] = 1 + 0.01 * (double)i;
+    }
+    assert_int_equal(phys_ensemble_solve(&system, &settings, &e, &error), AD_OK);
+    for (size_t i = 0; i < MEMBERS; i++) {
+        assert_int_equal(e.member[i].failure.status, i == 3 ? AD_E_NONFINITE : AD_OK);
+    }
+    phys_ensemble_free(&e);
+    phys_system_close(&system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -151,6 +184,7 @@ int main(void)
         cmocka_unit_test(steps_begin_at_a_thousandth_of_the_error),
         cmocka_unit_test(an_interruption_counts_who_is_complete),
         cmocka_unit_test(members_alike_have_no_spread),
+        cmocka_unit_test(a_member_may_fail_at_its_start),
     };
     return cmocka_run_group_tests(tests, native_open_quick, native_remove_cache);
 }
