@@ -3,6 +3,7 @@
 #include "tests/close.h"
 #include "tests/mentions.h"
 #include "motion.h"
+#include "systems.h"
 
 #include <string.h>
 
@@ -152,6 +153,31 @@ static void test_what_methods_take(void **state)
     }
 }
 
+static void is_called(const struct phys_ode *ode, size_t k, const char *expected)
+{
+    char name[64];
+    phys_ode_component(ode, k, name, sizeof name);
+    assert_string_equal(name, expected);
+}
+
+/* As errors name them. */
+static void test_names_of_components(void **state)
+{
+    struct phys_system kepler = system_opened("kepler");
+    struct phys_ode ode;
+    struct ad_error error = {0};
+    (void)state;
+    assert_int_equal(phys_ode_canonical(&kepler, &ode, &error), AD_OK);
+    is_called(&ode, 1, "y");
+    is_called(&ode, 2, "the momentum of x");
+    phys_ode_free(&ode);
+    assert_int_equal(phys_ode_hamiltonian(product_hamiltonian, 1, NULL, &ode, &error), AD_OK);
+    is_called(&ode, 0, "q1");
+    is_called(&ode, 1, "p1");
+    phys_ode_free(&ode);
+    phys_system_close(&kepler);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -160,6 +186,7 @@ int main(void)
         cmocka_unit_test(test_implicit_steps_to_their_limit),
         cmocka_unit_test(test_hamiltonian),
         cmocka_unit_test(test_what_methods_take),
+        cmocka_unit_test(test_names_of_components),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

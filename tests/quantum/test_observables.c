@@ -48,6 +48,13 @@ static void test_sampled_is_the_scene(void **state)
             move(qm_methods[m], &slice, 5, 1, b);
             assert_close(distance(N, a, b), 0, 0, 1e-11);
         }
+    double q, v;
+    struct ad_error error = {0};
+    const struct qm_grid aside = {-2, 6, 45};
+    phys_system_close(&sampled);
+    sampled = parabola(&aside, 1, 1);
+    assert_int_equal(sampled.scene->start(sampled.params, 0, &q, &v, &error), AD_OK);
+    assert_true(q == 2 && v == 0); /* at rest in the middle */
     phys_system_close(&scene);
     phys_system_close(&sampled);
 }
