@@ -221,6 +221,13 @@ static void test_hdf5_refused(void **state)
     dataset_refused(&s, AD_E_INPUT, "'motion/r'");
     s.state = "motion/q,short";
     dataset_refused(&s, AD_E_INPUT, "'motion/q' 5000 'short' 4999");
+    file = write_hdf5(9, false);
+    s = (struct hnn_dataset_settings){.size = sizeof s,
+                                      .file = file.text,
+                                      .state = "rates.2,rates.4",
+                                      .time = "motion/p",
+                                      .trial = "rates.1"};
+    dataset_refused(&s, AD_E_INPUT, "row 2: time");
     file = files_write_text("text.h5", "q,p,dqdt,dpdt\n1,2,3,4\n");
     s.file = file.text;
     dataset_refused(&s, AD_E_INPUT, "HDF5");

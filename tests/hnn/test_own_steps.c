@@ -90,6 +90,14 @@ static void test_between_steps(void **state)
     assert_int_equal(hnn_trainer_advance(t, 1, NULL, &error), AD_OK);
     for (size_t k = 0; k < n; k++)
         assert_close(now[k] - before[k], 0.1 * (moved[k] - before[k]), 1e-6, 1e-15);
+    /* two steps from there, at once and one by one */
+    hnn_model_set_parameters(a, before);
+    assert_int_equal(hnn_trainer_advance(t, 2, NULL, &error), AD_OK);
+    memcpy(moved, now, bytes);
+    hnn_model_set_parameters(a, before);
+    assert_int_equal(hnn_trainer_advance(t, 1, NULL, &error), AD_OK);
+    assert_int_equal(hnn_trainer_advance(t, 1, NULL, &error), AD_OK);
+    assert_memory_equal(now, moved, bytes);
     /* a trainer made with the same arguments goes on at that rate */
     assert_int_equal(hnn_trainer_save(t, file.text, NULL, &error), AD_OK);
     u = small_trainer(b, &training, &train, NULL);
