@@ -268,7 +268,7 @@ wrap_alloc = $(if $(findstring /test_alloc,$@),$(foreach f,malloc calloc realloc
 
 # Tests in which calls between files that may fail are looked at (tests/contract/calls.h).
 CALLS = $(BUILD)/tests/contract/wrapped
-$(CALLS).c: tests/contract/calls.awk $(filter %.h,$(shell find autodiff physics hnn quantum apps -name '*.h'))
+$(CALLS).c: tests/contract/calls.awk $(filter %.h,$(shell find $(wildcard autodiff physics hnn quantum apps) -name '*.h'))
 	@mkdir -p $(@D)
 	$(Q)awk -f $^ > $@
 $(CALLS).o: $(CALLS).c $(BUILD)/flags
