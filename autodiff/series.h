@@ -77,8 +77,7 @@ bool ad_points_put(ad_points *points, size_t p, const ad_series *series);
    the caller; and of element i of y[k], which is no rate, from the last flow. */
 double *ad_points_input(ad_points *points, size_t k, size_t i);
 const double *ad_points_output(const ad_points *points, size_t k, size_t i);
-/* c [order + 1][n], the first row given; _cut: and the second, as above. */
-void ad_points_flow(ad_points *points, size_t order, double *c);
+/* c [order + 1][n], the first two rows given, as above. */
 void ad_points_flow_cut(ad_points *points, size_t order, double *c);
 /* Steps of the solution along its series at all points (Jorba and Zou), each of its own order and
    length: of vectors, [order + 1][n], [n] and [1]. */
@@ -121,8 +120,6 @@ void ad_points_norm(const ad_points *points, const struct ad_points_steps *steps
 size_t ad_series_branches(const ad_series *series);
 /* The kind of the first of them, in words, such as "a root of a square"; NULL: none. */
 const char *ad_series_kink(const ad_series *series);
-/* Number of values, each with its series. */
-size_t ad_series_size(const ad_series *series);
 
 AD_HEADER_END
 #endif

@@ -58,6 +58,18 @@ struct path files_write_text(const char *name, const char *text)
     return files_write(name, text, strlen(text));
 }
 
+void files_write_csv(const char *path, const char *header, size_t rows, size_t cols,
+                     const double *values)
+{
+    FILE *stream = fopen(path, "w");
+    assert_non_null(stream);
+    if (header)
+        fprintf(stream, "%s\n", header);
+    for (size_t k = 0; k < rows * cols; k++)
+        fprintf(stream, "%.17g%c", values[k], (k + 1) % cols ? ',' : '\n');
+    assert_int_equal(fclose(stream), 0);
+}
+
 char *files_read(const char *path, size_t *size)
 {
     FILE *stream = fopen(path, "rb");

@@ -23,6 +23,9 @@ struct path files_temporary(const char *name);
 struct path files_write(const char *name, const char *text, size_t size);
 /* The same for a string. */
 struct path files_write_text(const char *name, const char *text);
+/* Writes a matrix [rows x cols] as CSV, to all digits, below a line of names (NULL: none). */
+void files_write_csv(const char *path, const char *header, size_t rows, size_t cols,
+                     const double *values);
 /* Contents of a file as a string (free); fails the test if it cannot be read. */
 char *files_read(const char *path, size_t *size);
 

@@ -42,14 +42,6 @@ const double *ad_points_output(const ad_points *points, size_t k, size_t i)
     return s ? points->values + s->output[s->first_output[k] + i] * P : NULL;
 }
 
-void ad_points_flow(ad_points *points, size_t order, double *c)
-{
-    if (!points || !c)
-        return;
-    memset(c + points->n * P, 0, points->n * P * sizeof *c);
-    ad_points_flow_cut(points, order, c);
-}
-
 void ad_points_flow_cut(ad_points *points, size_t order, double *c)
 {
     if (!points || !c)

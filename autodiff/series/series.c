@@ -383,5 +383,3 @@ const char *ad_series_kink(const ad_series *series)
            : kink->kind == JET_INTEGRAL  ? ad_op_name((enum ad_op)kink->op)
                                          : "a root of a square";
 }
-
-size_t ad_series_size(const ad_series *series) { return series ? series->n : 0; }

@@ -23,11 +23,6 @@ enum ad_status phys_table_read(const char *file, size_t *rows, size_t *cols, dou
 enum ad_status phys_table_read_named(const char *file, size_t *rows, size_t *cols, double **values,
                                      char ***names, struct ad_error *error);
 
-/* Writes a matrix as CSV with 17 significant digits, so that reading it gives the same doubles,
-   below a line of column names (NULL: none). The file is replaced atomically. */
-enum ad_status phys_table_write(const char *file, const char *header, size_t rows, size_t cols,
-                                const double *values, struct ad_error *error);
-
 /* ---- columns, some rows at a time: memory for one buffer of text, whatever the file's size ----
 
    A first line none of whose fields is a number names the columns; a second such line is of units,

@@ -83,6 +83,7 @@ static void test_added_energy(void **state)
                            "--at 2 --json"),
                      0);
     assert_close(shell_number("outside_from"), 3, 1e-15, 0);
+    assert_non_null(strstr(shell_last_line(), "\"outside\": \"H = "));
     assert_int_equal(shell("$LA rollout hnn.h5 --x0 3,0 --time 1"), 0);
     assert_non_null(strstr(shell_out(), "t = 0 on: H = "));
 }

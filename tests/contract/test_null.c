@@ -32,7 +32,6 @@ static void test_series(void **state)
     assert_false(ad_points_put(NULL, 0, NULL));
     assert_null(ad_points_input(NULL, 0, 0));
     assert_null(ad_points_output(NULL, 0, 0));
-    ad_points_flow(NULL, 1, number);
     ad_points_flow_cut(NULL, 1, number);
     ad_points_sum(NULL, NULL, 1);
     ad_points_norm(NULL, NULL, 1);

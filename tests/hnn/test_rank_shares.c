@@ -2,7 +2,6 @@
    and training on it ends in the same file, to the last bit. */
 #include "small.h"
 #include "hnn/data/data.h"
-#include "physics/io/csv.h"
 #include "physics/io/hdf5_file.h"
 #include "tests/close.h"
 #include "tests/files.h"
@@ -111,7 +110,7 @@ static void write_files(size_t bad, struct path *csv, struct path *hdf5)
     if (bad < ROWS)
         rows[bad * COLUMNS] = (double)NAN;
     if (csv)
-        phys_table_write(csv->text, "q,p,dqdt,dpdt", ROWS, COLUMNS, rows, &error);
+        files_write_csv(csv->text, "q,p,dqdt,dpdt", ROWS, COLUMNS, rows);
     assert_int_equal(phys_hdf5_create(hdf5->text, &file, &error), AD_OK);
     phys_hdf5_write(file, "data", AD_F64, 2, (size_t[]){ROWS, COLUMNS}, rows);
     assert_int_equal(phys_hdf5_commit(file, &error), AD_OK);

@@ -1,5 +1,5 @@
 /* Power series at branches, numbers, extreme values and values in common; refusals. */
-#include "autodiff/series.h"
+#include "autodiff/series/internal.h"
 #include "tests/close.h"
 
 #include <math.h>
@@ -85,7 +85,7 @@ static void test_common_values_are_one(void **state)
     ad_var y = ad_add(ad_sum(ad_mul(ad_sin(again), ad_cos(again))), ad_mul(ad_cos(x), ad_sin(x)));
     ad_series *series;
     assert_int_equal(ad_series_new(1, &y, 1, &x, 3, &series), AD_OK);
-    assert_in_range(ad_series_size(series), 5, 12);
+    assert_in_range(series->n, 5, 12);
     ad_series_free(series);
     ad_tape_free(tape);
 }
@@ -231,7 +231,6 @@ static void test_refusals(void **state)
     both[0] = both[1] = x;
     assert_int_equal(ad_series_new(1, &y, 2, both, 3, &series), AD_E_ARGUMENT); /* twice */
     assert_null(ad_series_output(NULL, 0, 0));
-    assert_int_equal(ad_series_size(NULL), 0);
     ad_series_free(NULL);
     ad_tape_free(tape);
     ad_tape_free(narrow);
