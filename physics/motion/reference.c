@@ -2,9 +2,7 @@
    rounding grows, that of the start and of the mass matrix among it, and a run back to the start,
    which shows errors that both have in common. Where forces dissipate, the way back makes as much
    of a rounding of the end, and a run forwards by another method shows them. Forces that are a
-   small difference of large terms are known to less than the tolerance: it is raised to their
-   rounding.
- */
+   small difference of large terms are known to less than the tolerance: it is raised to that. */
 #include "autodiff/free.h"
 #include "autodiff/ascending.h"
 #include "motion.h"
@@ -25,9 +23,8 @@ enum { BUDGET = 20000 }; /* steps, beside landings, after which forces may be ro
    whose error is in proportion to the length of the step; that of order 8 goes 1.3 times as far. */
 enum { FARTHER = 3 };
 
-enum {
-    MEETINGS = 8
-}; /* of the motion with what travels, at most, each of which changes the rest */
+/* Of the motion with what travels, at most, each of which changes the rest. */
+enum { MEETINGS = 8 };
 static const double unchanged = 1e-10; /* of the end */
 
 static const double tolerance = 1e-15;
@@ -93,23 +90,9 @@ static size_t find_landings(const struct runs *runs, size_t n, const double *tim
     return m;
 }
 
-/* Adds times at which forces change along the motion, path [2 dof][m + 1]. */
-static void look_along(struct runs *runs, size_t m, double t0, const double *landing,
-                       const double *path, struct ad_error *error)
-{
-    double *t = malloc((m + 1) * sizeof *t);
-    if (!t) {
-        ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
-        return;
-    }
-    t[0] = t0;
-    memcpy(t + 1, landing, m * sizeof *t);
-    phys_time_scan_along(runs->system, m + 1, t, path, &runs->scan, error);
-    free(t);
-}
-
 /* The motion from row 0 of x [n][2 dof] to the other times, landing at equal parts of the stretches
-   between them, and at `share` (0: not) of each part. Returns how many rows are known. */
+   between them, and at `share` (0: not) of each part; adds times at which forces change along it if
+   that is wanted. Returns how many rows are known. */
 static size_t run(struct runs *runs, size_t n, const double *times, double share, double *x,
                   struct ad_error *lost)
 {
@@ -117,11 +100,12 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
     struct phys_simulation_info info = {0};
     size_t states = runs->ode->n, pieces = (LOOKS + n - 2) / (n - 1), known = 0;
     size_t most = 2 * pieces * (n - 1) + runs->scan.n;
-    double *landing = malloc((most + states + states * (most + 1)) * sizeof *landing);
+    double *at = malloc((1 + most + states + states * (most + 1)) * sizeof *at);
     size_t *row = malloc(n * sizeof *row);
-    if (landing && row) {
+    if (at && row) {
+        double *landing = at + 1, *y = landing + most, *path = y + states;
         size_t m = find_landings(runs, n, times, share, pieces, landing, row);
-        double *y = landing + most, *path = y + states;
+        at[0] = times[0];
         memcpy(y, x, states * sizeof *y);
         how.t0 = times[0];
         how.t1 = times[n - 1];
@@ -135,7 +119,7 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
             for (size_t k = 0; k < states; k++)
                 x[known * states + k] = path[k * (m + 1) + row[known]];
         if (runs->looks && lost->status == AD_OK && info.samples == m + 1)
-            look_along(runs, m, times[0], landing, path, lost);
+            phys_time_scan_along(runs->system, m + 1, at, path, &runs->scan, lost);
     } else {
         ad_fail(lost, AD_E_MEMORY, "out of memory for the reference");
     }
@@ -145,7 +129,7 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
     runs->longest = info.max_step;
     runs->average = fabs(info.t - times[0]) / (double)(info.steps + 1);
     runs->steps = info.steps;
-    AD_FREE(landing, row);
+    AD_FREE(at, row);
     return known;
 }
 
@@ -197,8 +181,7 @@ static double apart(size_t dof, const double *a, const double *b)
 }
 
 /* Sizes are the largest distance and speed so far: angles that wind are lost by their speeds, and
-   what grows is not lost by its start. From rest, a speed that moves nothing in this time is none.
- */
+   what grows is not lost by its start. A speed that moves nothing in this time is none. */
 static void find_horizon(struct phys_reference *r, const double *times, double lost)
 {
     double most = 0, speed = 0, span = fabs(times[r->n - 1] - times[0]);
