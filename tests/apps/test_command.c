@@ -165,7 +165,7 @@ static void test_why_interpreted(void **state)
     assert_non_null(strstr(shell_out(), "interpreted: the series"));
     shell_works("$LA simulate kepler --time 1e5 --integrator taylor --no-reference -v");
     assert_null(strstr(shell_out(), "interpreted"));
-    shell_works("$LA simulate gas --set cutoff=3 --time 1 -v --no-native");
+    shell_works("$LA simulate gas --set cutoff=3 --time .1 -v --no-native");
     assert_non_null(strstr(shell_out(), "interpreted: lists of near pairs"));
 }
 

@@ -20,7 +20,7 @@ struct task {
 
 static const struct task tasks[] = {
     {"pendulum", "left", 100, 0, 0.3, false},        {"pendulum", "gauss3", 30, 4, 0.1, false},
-    {"dblpend", "midpoint", 201, 0, 0.01, false},    {"threebody", "gauss2", 61, 0.5, 0.001, false},
+    {"dblpend", "midpoint", 101, 0, 0.02, false},    {"threebody", "gauss2", 61, 0.5, 0.001, false},
     {"sine-gordon", "gauss2", 21, 0.2, 0.001, true},
 };
 
