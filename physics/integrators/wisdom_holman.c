@@ -58,24 +58,20 @@ static void from_jacobi(const struct map *m, const double *x, double *to)
 
 /* ---- the Kepler motion ---- */
 
-/* 1 / k!, k = 2 ... 15 */
-static const double inverse[] = {
-    1.0 / 2,         1.0 / 6,          1.0 / 24,          1.0 / 120,          1.0 / 720,
-    1.0 / 5040,      1.0 / 40320,      1.0 / 362880,      1.0 / 3628800,      1.0 / 39916800,
-    1.0 / 479001600, 1.0 / 6227020800, 1.0 / 87178291200, 1.0 / 1307674368000};
-
-/* G_k = X^k c_k(beta X^2), by quarters of the argument. */
+/* G_k = X^k c_k(beta X^2), by quarters of the argument; the series of c_2 and c_3 in pairs of
+   terms, which need not wait for each other. */
 static void stumpff(double beta, double X, double G[4])
 {
     const double small = 0.1;
     size_t quarters = 0;
-    double z = beta * X * X, c2 = 0, c3 = 0;
+    double z = beta * X * X;
     for (; fabs(z) > small && quarters < 512; quarters++)
         z *= 0.25;
-    for (size_t k = 14; k > 0; k -= 2) {
-        c2 = inverse[k - 2] - z * c2;
-        c3 = inverse[k - 1] - z * c3;
-    }
+    const double z2 = z * z;
+    double c2 = (1.0 / 2 - z * (1.0 / 24)) + z2 * ((1.0 / 720 - z * (1.0 / 40320)) +
+                                                   z2 * (1.0 / 3628800 - z * (1.0 / 479001600)));
+    double c3 = (1.0 / 6 - z * (1.0 / 120)) + z2 * ((1.0 / 5040 - z * (1.0 / 362880)) +
+                                                    z2 * (1.0 / 39916800 - z * (1.0 / 6227020800)));
     for (; quarters > 0; quarters--) {
         double c0 = 1 - z * c2, c1 = 1 - z * c3;
         c3 = 0.25 * (c2 + c0 * c3);
@@ -91,9 +87,12 @@ static void stumpff(double beta, double X, double G[4])
 /* The same at X + d, for a small d. */
 static void shift(double beta, double d, double G[4])
 {
-    G[3] += d * (G[2] + d / 2 * (G[1] + d / 3 * G[0]));
-    G[2] += d * (G[1] + d / 2 * (G[0] - d / 3 * beta * G[1]));
-    G[1] += d * (G[0] - d / 2 * beta * (G[1] + d / 3 * G[0]));
+    const double half = d * (1.0 / 2), third = d * (1.0 / 3), quarter = d * (1.0 / 4), G0 = G[0],
+                 G1 = G[1], turn = G0 - quarter * beta * G1;
+    G[3] += d * (G[2] + half * (G1 + third * turn));
+    G[2] += d * (G1 + half * (G0 - third * beta * (G1 + quarter * G0)));
+    G[1] += d * (G0 - half * beta * (G1 + third * turn));
+    G[0] = 1 - beta * G[2];
 }
 
 /* At the universal anomaly X after a time h, which grows with it: the root of r0 X + eta G_2 + zeta
@@ -101,10 +100,12 @@ static void shift(double beta, double d, double G[4])
 static void find_anomaly(double h, double r0, double eta, double beta, double zeta, double G[4])
 {
     enum { MOST = 200 };
-    const double close = 1e-6; /* the iteration is of third order */
-    double X = h / r0 * (1 - 0.5 * eta * h / (r0 * r0)), low = 0, high = copysign(INFINITY, h);
+    const double close = 1e-3; /* the iteration is of third order: one more of the second is left */
+    const double in_r0 = 1 / r0, s = h * in_r0, a = 0.5 * eta * in_r0 * s;
+    double X = s * (1 - a + (2 * a * a - zeta * in_r0 * s * s * (1.0 / 6))), low = 0,
+           high = copysign(INFINITY, h);
     if (!(X * h > 0))
-        X = h / r0;
+        X = s;
     for (size_t i = 0; i < MOST; i++) {
         stumpff(beta, X, G);
         const double F = r0 * X + eta * G[2] + zeta * G[3] - h, r = r0 + eta * G[1] + zeta * G[2],
@@ -112,6 +113,10 @@ static void find_anomaly(double h, double r0, double eta, double beta, double ze
         double d = -5 * F / (r + sqrt(fabs(16 * r * r - 20 * F * slope)));
         if (fabs(d) <= close * fabs(X)) {
             shift(beta, d, G);
+            d = (h - r0 * (X + d) - eta * G[2] - zeta * G[3]) / (r0 + eta * G[1] + zeta * G[2]);
+            G[3] += d * G[2];
+            G[2] += d * G[1];
+            G[1] += d * G[0];
             return;
         }
         if (F * h <= 0)
