@@ -8,7 +8,7 @@
 #include <float.h>
 #include <string.h>
 
-enum { ORDER = PHYS_SERIES_MOST, LEAST = 5, LOOKS = 4, POINTS = 2, PAIRS = 2 };
+enum { ORDER = PHYS_SERIES_MOST, LEAST = 5, USUAL = 22, LOOKS = 4, POINTS = 2, PAIRS = 2 };
 
 /* The series about a point: about the step's start, and about its end, which is the next one's
    start. work: both; [n] slopes at the end of the step's series, times h; [n] what each component
@@ -85,14 +85,15 @@ static inline double about_log2(double x)
     return (double)(bits - (INT64_C(1023) << 52)) * 0x1p-52;
 }
 
-/* The order for the tolerance. */
+/* The order for the tolerance: not above USUAL, where longer steps would save little and round
+ * more. */
 static inline void phys_taylor_tune(struct phys_stepper *s, const struct phys_tolerance *tolerance)
 {
     const double tol = fmax(fmax(tolerance->rtol, tolerance->atol), DBL_EPSILON);
     struct memory *m = memory_of(s);
     if (m->tol != tol) {
         m->tol = tol;
-        m->usual = (size_t)fmin(fmax(ceil(-log(tol) / 2 + 7), LEAST), ORDER);
+        m->usual = (size_t)fmin(fmax(ceil(-log(tol) / 2 + 7), LEAST), USUAL);
         m->log2_tol = log2(tol);
     }
 }
