@@ -288,15 +288,19 @@ static double halo_orbits(void)
     return found;
 }
 
-/* Of the motion along the axis of y; energies in units of the saddle's. */
-static double henon_heiles_pitchfork(void)
+/* Of the motion along the axis of y from its upper turning point; energies in units of the
+   saddle's. */
+static double henon_heiles_branch(double top, double period, double energy)
 {
     const struct phys_scene scene = scene_of("Henon-Heiles", 2, henon_heiles, 100, 0.1, start);
     struct phys_system system = system_of(&scene);
-    const double x[] = {0, 0.88, 0, 0}, found = first_branch(&system, x, 9.4, 0.163);
+    const double x[] = {0, top, 0, 0}, found = first_branch(&system, x, period, energy);
     phys_system_close(&system);
     return 6 * found;
 }
+
+static double henon_heiles_pitchfork(void) { return henon_heiles_branch(0.88, 9.4, 0.163); }
+static double henon_heiles_second(void) { return henon_heiles_branch(0.91, 9.87, 0.165); }
 
 /* ---- the brachistochrone down a whole half turn of a circle of radius 1 ---- */
 
@@ -348,8 +352,12 @@ static const struct {
      1e-7, routh},
     {"Earth and Moon, energy where halo orbits leave Lyapunov's",
      "heyoka, Taylor series of 80 bits", -1.587175977039039, 2e-12, halo_orbits},
-    {"Henon and Heiles, first pitchfork of the straight orbit A", "Brack, Found. Phys. 31, 2001",
-     0.969309, 5e-7, henon_heiles_pitchfork},
+    /* x(0) = 0, x(T/2) = 0, and x'(0) = 0, x'(T/2) = 0 of x'' = -(1 + 2 y) x along y'' = y^2 - y,
+       by Taylor series of 30 digits and T from K; known since Brack, nlin/0006034 */
+    {"Henon and Heiles, first pitchfork of the straight orbit A", "x(T/2) = 0, 30 digits",
+     0.9693090906648817, 1e-11, henon_heiles_pitchfork},
+    {"Henon and Heiles, its second one", "x'(T/2) = 0, 30 digits", 0.9867092353181612, 1e-11,
+     henon_heiles_second},
     {"brachistochrone, time of descent", "pi sqrt(R/g)", 1.0032046462945202, 1e-9,
      quickest_descent},
 };
