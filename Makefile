@@ -125,7 +125,7 @@ help:
 	@echo '  demo       install, build, one result of each front end, pictures in demo/'
 	@echo '  charts     speed against accuracy, in charts/ (QUICK=1: a smaller range; HORIZONS=DIR: tables)'
 	@echo '  docs-pictures  draw the pictures of README.md again'
-	@echo '  hnn-table  train the published Hamiltonian neural networks: published and our results (PIXELS=3: also from frames; LNN=3: also Lagrangian ones)'
+	@echo '  hnn-table  train the published Hamiltonian neural networks: published and our results (PIXELS=3: also from frames; LNN=3: also Lagrangian ones, SYMPNET=3: symplectic maps)'
 	@echo '  peers      the same jobs in SciPy, PyTorch, JAX, where installed (PYTHON=python3)'
 	@echo '  bench      gradients by the tape against hand-written C; fails if slower than the stored baseline'
 	@echo '  adbench    Microsoft'"'"'s ADBench on the tape: gradient beside value, each against stored values'

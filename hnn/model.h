@@ -97,6 +97,8 @@ struct hnn_settings {
     size_t inputs, controls;
     bool time; /* the first input is the time; inputs of a Lagrangian model that are neither this
                   nor controls are constant along a motion */
+    bool control_network; /* of controls: G is that of q, by a network that sees coordinates and
+                             inputs */
     /* One network for all sites: L or H is a sum over sites of the network of (q, v or p,
        q_next - q), over the first wall too; a baseline's network of (q, p, q_next - q,
        q_previous - q) gives the rates of a site. Plain models of states alone. */

@@ -66,6 +66,8 @@ static const struct option table[] = {
      AT(inputs)},
     {"controls", "COLUMNS", OPTION_TEXT, NULL,
      "forces u: dp/dt has + G u besides, with a matrix G that is learnt", AT(controls)},
+    {"control-network", NULL, OPTION_FLAG, NULL,
+     "of --controls: G(q), by a network [a constant matrix]", AT(control_network)},
     {"differences", "KIND", OPTION_TEXT, "forward", "forward, as published, or central",
      AT(differences)},
     {"trial", "COLUMN", OPTION_TEXT, NULL,

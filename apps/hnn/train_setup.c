@@ -96,6 +96,7 @@ static enum ad_status model_settings(const struct train_run *run, struct hnn_set
     s->seed = o->common.seed;
     s->inputs = run->data.inputs;
     s->controls = run->data.controls;
+    s->control_network = o->control_network;
     s->time = run->data.timed;
     if (s->layers < 1 || s->layers > HNN_LAYERS_MOST)
         return ad_fail(error, AD_E_ARGUMENT, "--layers: expected 1 to %d, got %zu", HNN_LAYERS_MOST,
@@ -297,7 +298,7 @@ static enum ad_status refuse_unused(const struct train_run *run, struct ad_error
     const struct unused rows[] = {
         {o->from,
          "model field activation angles start hidden layers precision separable dissipation "
-         "quadratic lattice normalise",
+         "quadratic lattice control-network normalise",
          "is of a new network; --from has its own"},
         {!o->from && !strstr(o->model, "hnn"), "field",
          "is of models with an H: hnn and pixel-hnn"},

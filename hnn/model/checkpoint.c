@@ -62,6 +62,8 @@ static void write_settings(const hnn_model *model, phys_hdf5 *file)
         phys_hdf5_integer(file, "/", "angles", (int64_t)s->angles, NULL);
     if (s->quadratic)
         phys_hdf5_integer(file, "/", "quadratic", 1, NULL);
+    if (s->control_network)
+        phys_hdf5_integer(file, "/", "control_network", 1, NULL);
     if (s->lattice)
         phys_hdf5_integer(file, "/", "lattice", s->lattice, NULL);
     if (s->inputs) {
@@ -222,6 +224,7 @@ static void read_settings(const struct reading *r, struct hnn_settings *s)
     if (has(r, "angles"))
         s->angles = read_count(r, "angles", ((size_t)1 << HNN_ANGLES_MOST) - 1);
     s->quadratic = has(r, "quadratic") && read_count(r, "quadratic", 1);
+    s->control_network = has(r, "control_network") && read_count(r, "control_network", 1);
     if (has(r, "lattice"))
         s->lattice = (enum hnn_lattice)read_count(r, "lattice", HNN_FIXED_ENDS);
     if (has(r, "inputs")) {

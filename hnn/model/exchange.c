@@ -17,7 +17,7 @@ enum { TEXT = 32 + 8 * HNN_LAYERS_MOST };
 
 /* ---- settings as texts ---- */
 
-enum { N_NAMES = 4, N_NEEDED = 9, N_NUMBERS = 13 }; /* the others: 0 if there are none */
+enum { N_NAMES = 4, N_NEEDED = 9, N_NUMBERS = 14 }; /* the others: 0 if there are none */
 
 struct named {
     const char *key, *const *names;
@@ -53,6 +53,7 @@ static void numbers_of(const struct hnn_settings *s, struct numbered n[N_NUMBERS
         {"time", s->time, 1},
         {"controls", s->controls, HNN_INPUTS_MOST},
         {"lattice", s->lattice, HNN_FIXED_ENDS},
+        {"control_network", s->control_network, 1},
     };
     memcpy(n, all, sizeof all);
 }
@@ -220,6 +221,7 @@ static enum ad_status read_settings(const struct hnn_tensors *t, struct hnn_sett
     s->time = number[10].value;
     s->controls = (size_t)number[11].value;
     s->lattice = (enum hnn_lattice)number[12].value;
+    s->control_network = number[13].value;
     return s->activation ? read_widths(t, s, error) : refuse_text(t, "activation", error);
 }
 

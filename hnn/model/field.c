@@ -69,18 +69,31 @@ static ad_var seen(const hnn_model *model, ad_var x)
     return ad_concat_rows(parts, part);
 }
 
+/* G u, G constant or row by row the outputs of its network. */
+static ad_var product(const hnn_model *model, ad_var parameters, ad_var x, ad_var u)
+{
+    const size_t n = model->settings.dof, m = model->settings.controls;
+    ad_var row[HNN_CONTROLLED_MOST];
+    if (!model->settings.control_network)
+        return ad_matmul(hnn_record_block(model, parameters, model->control), false, u, false);
+    ad_var G =
+        hnn_record_network(model, &model->net[model->n_nets - 1], parameters, seen(model, x));
+    for (size_t i = 0; i < n; i++)
+        row[i] = ad_sum_rows(ad_mul(ad_slice_rows(G, i * m, m), u));
+    return ad_concat_rows(n, row);
+}
+
 /* u is in its unit and G in that of the rates of momenta. */
 ad_var hnn_record_force(const hnn_model *model, ad_var parameters, ad_var x)
 {
     const struct hnn_settings *s = &model->settings;
     size_t first = hnn_rows(model) - s->controls;
     ad_var u = ad_slice_rows(x, first, s->controls);
-    ad_var G = hnn_record_block(model, parameters, model->control);
     const double *unit = model->scaling.rate;
     if (!unit)
-        return ad_matmul(G, false, u, false);
+        return product(model, parameters, x, u);
     u = ad_mul(u, column(x.tape, s->controls, model->scaling.scale + first, true));
-    return ad_mul(ad_matmul(G, false, u, false), column(x.tape, s->dof, unit + s->dof, false));
+    return ad_mul(product(model, parameters, x, u), column(x.tape, s->dof, unit + s->dof, false));
 }
 
 static ad_var gradient(ad_var scalar, ad_var x)
@@ -133,7 +146,7 @@ static void record_hamiltonian(const hnn_model *model, ad_var parameters, ad_var
     else if (s->field == HNN_BOTH)
         r->field = ad_add(r->field, plain);
     if (s->dissipation) {
-        out = hnn_record_network(model, &model->net[model->n_nets - 1], parameters, in);
+        out = hnn_record_network(model, &model->net[1 + s->separable], parameters, in);
         r->dissipation = ad_label(scaled(model, out), "D");
         r->field = ad_sub(r->field, ad_slice_rows(gradient(r->dissipation, x), 0, 2 * s->dof));
     }

@@ -17,8 +17,9 @@
 
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
-enum { HNN_NETS_MOST = 3, HNN_NOTES_MOST = 16, HNN_NETWORK_NAME = 64, HNN_PROBES = 3 };
+enum { HNN_NETS_MOST = 4, HNN_NOTES_MOST = 16, HNN_NETWORK_NAME = 64, HNN_PROBES = 3 };
 enum { HNN_SYMPNET_MOST = 64 };                          /* coordinates */
+enum { HNN_CONTROLLED_MOST = 64 };                       /* coordinates that G(q) pushes */
 enum { HNN_LATTICE_MOST = 512 };                         /* sites */
 enum { HNN_LAGRANGIAN_MOST = 32, HNN_ANGLES_MOST = 52 }; /* coordinates of such models */
 enum { HNN_CODER_LAYERS = 4, HNN_ENCODE_MOST = 2 };
@@ -47,7 +48,7 @@ struct hnn_model {
     char network_name[HNN_NETWORK_NAME];
     size_t n_nets, n_blocks, size;
     struct hnn_net net[HNN_NETS_MOST];
-    size_t control;          /* block of G, the matrix of controls */
+    size_t control;          /* first block of G, the matrix of controls */
     size_t encoder, decoder; /* first blocks of an autoencoder; two a layer, all layers */
     size_t seen;             /* inputs of the encoder: pixels, or those not always dark */
     size_t shift;            /* of these, those of one frame: known in training */

@@ -80,6 +80,8 @@ void hnn_layout(hnn_model *model)
     if (s->dissipation)
         add_net(model, "dissipation.", 0, q + m + n, 1);
     model->control = model->n_blocks;
-    if (s->controls)
+    if (s->control_network)
+        add_net(model, "control.", 0, q + m, n * s->controls);
+    else if (s->controls)
         add_block(model, "", "control.", 0, false, n, s->controls);
 }

@@ -103,7 +103,15 @@ static ad_var inputs(const struct params *p, ad_var q, ad_var t)
     return ad_concat_rows(model->settings.inputs, row);
 }
 
-/* Controls push with G u, the force of q G u. */
+/* G(q) u, which no potential gives. */
+static ad_var forces(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    const struct params *p = params;
+    ad_var parameters = ad_const(q.tape, 1, p->of->model->size, p->of->values);
+    return hnn_record_force(p->of->model, parameters, with_inputs(p->of, q, v, inputs(p, q, t)));
+}
+
+/* Controls push with G u, where G is constant the force of q G u. */
 static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)
 {
     const struct params *p = params;
@@ -114,7 +122,7 @@ static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)
     ad_var x = with_inputs(p->of, q, v, a.u);
     ad_var L = model->settings.kind == HNN_LAGRANGIAN ? hnn_record_L(model, a.parameters, x)
                                                       : transformed(&a);
-    if (!model->settings.controls)
+    if (!model->settings.controls || model->settings.control_network)
         return L;
     return ad_add(L, ad_sum_rows(ad_mul(q, hnn_record_force(model, a.parameters, x))));
 }
@@ -230,6 +238,7 @@ static enum ad_status describe(struct learnt *l, const char *file, struct ad_err
         .n_params = n_params,
         .params_bytes = sizeof(struct params) + n_params * sizeof(double),
         .lagrangian = lagrangian,
+        .forces = model->settings.control_network ? forces : NULL,
         .start = start,
         .picture = PHYS_PICTURE_TIME,
     };

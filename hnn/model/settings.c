@@ -161,6 +161,8 @@ static enum ad_status check_inputs(const struct hnn_settings *s, struct ad_error
         return refuse(error, "the time of a model: expected an input that is no control");
     if (s->inputs && (s->pixels || s->network))
         return refuse(error, "a model with inputs learns from states, by perceptrons");
+    if (s->control_network && (!s->controls || s->dof > HNN_CONTROLLED_MOST))
+        return refuse(error, "a network for G(q) needs controls, and at most 64 coordinates");
     if (s->controls && s->kind == HNN_BASELINE)
         return refuse(error, "a baseline has no matrix of controls; give it them as inputs");
     return AD_OK;

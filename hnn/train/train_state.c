@@ -320,8 +320,8 @@ static bool same_settings(const struct hnn_settings *a, const struct hnn_setting
            a->precision == b->precision && a->start == b->start && a->seed == b->seed &&
            a->inputs == b->inputs && a->controls == b->controls && a->time == b->time &&
            a->angles == b->angles && a->quadratic == b->quadratic && a->lattice == b->lattice &&
-           a->pixels == b->pixels && a->autoencoder == b->autoencoder &&
-           same_network(a->network, b->network);
+           a->control_network == b->control_network && a->pixels == b->pixels &&
+           a->autoencoder == b->autoencoder && same_network(a->network, b->network);
 }
 
 static bool same_scaling(const hnn_model *a, const hnn_model *b)

@@ -241,6 +241,7 @@ static void test_inputs(void **state)
         s.inputs = 3;
         s.controls = 1;
         s.time = true;
+        s.control_network = k % 2;
         model = small_model(&s);
         assert_int_equal(hnn_model_normalise(model, (double[]){0.1, 0.2, 0.1, -0.1, 2},
                                              (double[]){1.2, 0.8, 1.1, 0.9, 3}, (double[]){1, 2},

@@ -117,6 +117,93 @@ static void test_hamiltonian_field(void **state)
     }
 }
 
+/* Output k of the network "control." at what it sees, from its parameters; tanh, 7 and 5 units. */
+static double matrix_at(const hnn_model *model, const double *sees, size_t k)
+{
+    size_t n, from = 0;
+    const struct hnn_block *b = hnn_model_blocks(model, &n);
+    const double *values = hnn_model_parameters(model);
+    double layer[2][8] = {{0}}, *in = layer[0], *out = layer[1];
+    while (strncmp(b[from].name, "control.", 8) != 0)
+        from++;
+    memcpy(in, sees, b[from].cols * sizeof *in);
+    for (size_t l = from; l < n; l += 2) {
+        for (size_t i = 0; i < b[l].rows; i++) {
+            out[i] = 0;
+            for (size_t j = 0; j < b[l].cols; j++)
+                out[i] += values[b[l].offset + i * b[l].cols + j] * in[j];
+            if (l + 1 < n)
+                out[i] = tanh(out[i] + values[b[l + 1].offset + i]);
+        }
+        double *kept = in;
+        in = out;
+        out = kept;
+    }
+    return in[k];
+}
+
+/* dp_i/dt = ... + sum_j G_ij(q, t, parameter) u_j: two coordinates, two controls. */
+static void test_control_network(void **state)
+{
+    (void)state;
+    enum { DOF = 2, M = 4 };
+    static const double centre[] = {0.3, -0.2, 0.1, 0.4, 1.1, 0.4, 5, 2},
+                        scale[] = {1.7, 0.6, 0.9, 1.2, 2.3, 0.8, 1.4, 0.7},
+                        rate[] = {0.8, 1.9, 1.3, 0.7},
+                        x[] = {0.4, -0.7, 0.5, 0.3, 0.9, 0.2, 1.3, -0.6};
+    for (size_t k = 0; k < small_n_kinds; k++) {
+        struct ad_error error = {0};
+        struct hnn_settings s = small_settings(&small_kinds[k], DOF, 3);
+        if (s.kind == HNN_BASELINE)
+            continue;
+        s.inputs = M;
+        s.controls = 2;
+        s.time = s.control_network = true;
+        hnn_model *model = small_model(&s);
+        struct hnn_training training = hnn_training_defaults();
+        check_gradient(model, &training, small_kinds[k].name);
+        assert_int_equal(hnn_model_normalise(model, centre, scale, rate, &error), AD_OK);
+        double with[2 * DOF], without[2 * DOF], free_x[2 * DOF + M], sees[6];
+        memcpy(free_x, x, sizeof x);
+        free_x[6] = free_x[7] = 0;
+        assert_int_equal(hnn_model_field(model, x, with), AD_OK);
+        assert_int_equal(hnn_model_field(model, free_x, without), AD_OK);
+        size_t n = 0;
+        for (size_t r = 0; r < DOF; r++)
+            sees[n++] = s.angles >> r & 1 ? sin(x[r]) : (x[r] - centre[r]) / scale[r];
+        if (s.angles & 1)
+            sees[n++] = cos(x[0]);
+        for (size_t r = 4; r < 6; r++)
+            sees[n++] = (x[r] - centre[r]) / scale[r];
+        for (size_t i = 0; i < DOF && s.kind == HNN_HAMILTONIAN; i++) {
+            double push = matrix_at(model, sees, 2 * i) * x[6] / 1.4 +
+                          matrix_at(model, sees, 2 * i + 1) * x[7] / 0.7;
+            assert_close(with[DOF + i] - without[DOF + i], rate[DOF + i] * push, 1e-12, 1e-12);
+            assert_true(with[i] == without[i]);
+        }
+        struct path h5 = files_temporary("steered.h5"), tensors = files_temporary("s.safetensors");
+        hnn_model *other[2];
+        struct hnn_exchange exchange;
+        struct hnn_settings any = hnn_defaults(HNN_HAMILTONIAN, 1);
+        assert_int_equal(hnn_model_save(model, h5.text, NULL, &error), AD_OK);
+        assert_int_equal(hnn_model_export(model, tensors.text, &error), AD_OK);
+        assert_int_equal(hnn_model_load(h5.text, &other[0], &error), AD_OK);
+        assert_int_equal(hnn_model_import(tensors.text, &any, &other[1], &exchange, &error), AD_OK);
+        for (size_t i = 0; i < 2; i++) {
+            assert_int_equal(hnn_model_field(other[i], x, without), AD_OK);
+            assert_memory_equal(with, without, sizeof with);
+            hnn_model_free(other[i]);
+        }
+        hnn_model_free(model);
+    }
+    struct ad_error error = {0};
+    struct hnn_settings s = hnn_defaults(HNN_HAMILTONIAN, 1);
+    hnn_model *model;
+    s.control_network = true;
+    assert_int_equal(hnn_model_new(&s, &model, &error), AD_E_ARGUMENT);
+    assert_mentions(error.message, "controls");
+}
+
 static double L_at(const hnn_model *model, const double *x, size_t row, double by, size_t other,
                    double and_by)
 {
@@ -395,13 +482,10 @@ static void test_settings(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_gradients),
-        cmocka_unit_test(test_hamiltonian_field),
-        cmocka_unit_test(test_lagrangian_field),
-        cmocka_unit_test(test_motion_by_table),
-        cmocka_unit_test(test_rollout_losses),
-        cmocka_unit_test(test_files),
-        cmocka_unit_test(test_data),
+        cmocka_unit_test(test_gradients),       cmocka_unit_test(test_hamiltonian_field),
+        cmocka_unit_test(test_control_network), cmocka_unit_test(test_lagrangian_field),
+        cmocka_unit_test(test_motion_by_table), cmocka_unit_test(test_rollout_losses),
+        cmocka_unit_test(test_files),           cmocka_unit_test(test_data),
         cmocka_unit_test(test_settings),
     };
     return cmocka_run_group_tests_name("inputs", tests, files_setup, files_teardown);
