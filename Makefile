@@ -45,8 +45,10 @@ $(foreach d,$(NUMBERS),$(BUILD)/$d/%.o): SAN_ROOM = -O2 -fno-sanitize=pointer-ov
 $(BUILD)/tests/%.o: SAN_ROOM = -O0
 $(BUILD)/tests/fuzz/%.o: SAN_ROOM = $(COVERED)
 endif
-PKG_CFLAGS := $(patsubst -I%,-isystem %,$(filter-out -I/usr/include/$(MACHINE),$(shell pkg-config --cflags hdf5 openblas lapacke libpng zlib 2>/dev/null)))
-PKG_LIBS   := $(shell pkg-config --libs hdf5 openblas lapacke libpng zlib 2>/dev/null)
+# The serial HDF5, where Debian has it beside parallel ones.
+PACKAGES   := $(shell pkg-config --exists hdf5-serial && echo hdf5-serial || echo hdf5) openblas lapacke libpng zlib
+PKG_CFLAGS := $(patsubst -I%,-isystem %,$(filter-out -I/usr/include/$(MACHINE),$(shell pkg-config --cflags $(PACKAGES) 2>/dev/null)))
+PKG_LIBS   := $(shell pkg-config --libs $(PACKAGES) 2>/dev/null)
 ALL_CFLAGS = -std=c11 -D_XOPEN_SOURCE=700 -I. -I$(BUILD) $(PKG_CFLAGS) $(WARN) -fPIC -fopenmp $(MATH) \
              $(if $(X86),,-DAD_ONLY_BASE) $(CFLAGS) $(SANITIZE)
 # HDF5 and OpenBLAS are loaded on first use (autodiff/lazy.h): only tests that call them link them.
@@ -104,7 +106,7 @@ SOVERSION = 4
 
 A  = $(BUILD)/libleastaction.a
 SO = $(BUILD)/libleastaction.so
-# With MPI=1 the command is another one, by what mpicc says; all objects but one are the same.
+# With MPI=1 there is a module beside the command, by what mpicc says, for runs on many ranks.
 MPICC ?= mpicc
 COMMAND = $(if $(wildcard apps/main.c),$(BUILD)/$(if $(MPI),ranks/$(MPICC)/)leastaction)
 
@@ -118,7 +120,7 @@ help:
 	@echo 'make [TARGET] [BUILD=build] [CC=gcc] [CFLAGS=...] [PREFIX=/usr/local] [DESTDIR=] [V=1]'
 	@echo
 	@echo '  all        library (.a, .so) and the command ./leastaction'
-	@echo '             MPI=1: the command runs on many ranks, by mpirun; MPICC=mpicc'
+	@echo '             MPI=1: and its module for many ranks, by mpirun; MPICC=mpicc'
 	@echo '  test       install missing packages, build, run all tests but those of test-long'
 	@echo '  test-long  many random programs, each operation on every back end, charts, searches, trainings'
 	@echo '  check      build and run all tests; TEST_DIRS=tests/autodiff: those of a folder'
@@ -250,15 +252,19 @@ $(BUILD)/leastaction: $(BUILD)/apps/main.o $(BUILD)/apps.a $(A)
 	    -Wl,--whole-archive $(A) -Wl,--no-whole-archive $(LIBS) -o $@
 
 mpi_flags = $(filter $(1),$(shell $(MPICC) -show))
-$(BUILD)/ranks/$(MPICC)/mpi.o: apps/ranks/mpi.c $(BUILD)/flags
-	$(call say,CC,'$< ($(MPICC))')
+mpi_hdf5 = $(shell pkg-config --libs hdf5-$(if $(findstring mpich,$(shell $(MPICC) -show)),mpich,openmpi) 2>/dev/null)
+# The soname of parallel HDF5, where there is one.
+$(BUILD)/ranks/$(MPICC)/hdf5.h: $(BUILD)/flags
 	@mkdir -p $(@D)
 	@$(if $(call mpi_flags,-l%),,echo 'MPI is missing, or its compiler $(MPICC): scripts/install-deps mpi installs it' >&2; exit 1)
-	$(Q)$(compile) $(patsubst -I%,-isystem %,$(call mpi_flags,-I%))
-$(BUILD)/ranks/$(MPICC)/leastaction: $(BUILD)/apps/main.o $(BUILD)/ranks/$(MPICC)/mpi.o $(BUILD)/apps.a $(A)
+	@$(MPICC) -shared -x c /dev/null -Wl,--no-as-needed $(mpi_hdf5) -o $@.so
+	@readelf -d $@.so | sed -nE 's/.*NEEDED.*\[(libhdf5.*)\]/#define RANKS_HDF5 "\1"/p' > $@
+$(BUILD)/ranks/$(MPICC)/mpi.so: apps/ranks/mpi.c $(BUILD)/ranks/$(MPICC)/hdf5.h
 	$(call say,LD,$@)
-	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -rdynamic $(filter %.o,$^) $(BUILD)/apps.a \
-	    -Wl,--whole-archive $(A) -Wl,--no-whole-archive $(LIBS) $(call mpi_flags,-L% -l%) -o $@
+	$(Q)$(CC) $(ALL_CFLAGS) $(LDFLAGS) -MMD -MP -include $(@D)/hdf5.h $(patsubst -I%,-isystem %,$(call mpi_flags,-I%)) \
+	    -shared $< $(call mpi_flags,-L% -l%) -o $@
+$(BUILD)/ranks/$(MPICC)/leastaction: $(BUILD)/leastaction $(BUILD)/ranks/$(MPICC)/mpi.so
+	@ln -f $< $@
 
 leastaction: $(COMMAND)
 	@ln -sf $< $@
@@ -475,6 +481,8 @@ COMPLETIONS = $(ROOT)/share/bash-completion/completions
 install: all
 	install -d $(ROOT)/bin $(LIB)/pkgconfig $(LIB)/cmake/leastaction $(MAN1) $(COMPLETIONS)
 	install $(COMMAND) $(ROOT)/bin/
+	rm -f $(ROOT)/libexec/leastaction/mpi.so
+	$(if $(MPI),install -D $(dir $(COMMAND))mpi.so $(ROOT)/libexec/leastaction/mpi.so)
 	install -m 644 $(A) $(LIB)/
 	install $(SO) $(LIB)/libleastaction.so.$(VERSION)
 	ln -sf libleastaction.so.$(VERSION) $(LIB)/libleastaction.so.$(SOVERSION)
@@ -498,8 +506,8 @@ FOLDERS = $(LIBDIR)/pkgconfig $(LIBDIR)/cmake share/man/man1 share/bash-completi
 uninstall:
 	rm -f $(ROOT)/bin/leastaction $(LIB)/libleastaction.* $(LIB)/pkgconfig/leastaction.pc \
 	    $(MAN1)/leastaction.1 $(MAN1)/leastaction-*.1 $(COMPLETIONS)/leastaction
-	rm -rf $(ROOT)/include/leastaction $(LIB)/cmake/leastaction
-	@for d in $(FOLDERS) $(if $(filter /usr /usr/local,$(ROOT)),,$(LIBDIR) lib share/man share include bin); do \
+	rm -rf $(ROOT)/include/leastaction $(ROOT)/libexec/leastaction $(LIB)/cmake/leastaction
+	@for d in $(FOLDERS) $(if $(filter /usr /usr/local,$(ROOT)),,$(LIBDIR) lib share/man share include libexec bin); do \
 	    test ! -d $(ROOT)/$$d || rmdir --ignore-fail-on-non-empty $(ROOT)/$$d; \
 	done
 

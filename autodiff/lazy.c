@@ -6,10 +6,15 @@
 #include <stdlib.h>
 
 /* A library that the process has is found again, not loaded twice. */
+void *ad_lazy_find(const char *library, const char *name)
+{
+    void *handle = dlopen(library, RTLD_LAZY | RTLD_LOCAL);
+    return handle ? dlsym(handle, name) : NULL;
+}
+
 void *ad_lazy_load(void **slot, const char *library, const char *name)
 {
-    void *handle = dlopen(library, RTLD_LAZY | RTLD_LOCAL),
-         *at = handle ? dlsym(handle, name) : NULL;
+    void *at = ad_lazy_find(library, name);
     if (!at) {
         fprintf(stderr, "leastaction: cannot load %s: %s\n", library, dlerror());
         exit(127);

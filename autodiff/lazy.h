@@ -11,7 +11,9 @@
 
 #include "libraries.h" /* made by the Makefile: AD_LIBRARY_hdf5, AD_LIBRARY_openblas */
 
-/* The address of `name` in a library, kept in *slot. */
+/* The address of `name` in a library; NULL: not there. */
+void *ad_lazy_find(const char *library, const char *name);
+/* The same, kept in *slot, or the end of the process. */
 void *ad_lazy_load(void **slot, const char *library, const char *name);
 
 /* `load`: a function of slot and name. */

@@ -95,8 +95,8 @@ static enum ad_status find(struct path_run *run, struct ad_error *error)
 typedef void take_slices(const struct path_run *run, size_t first, size_t n, const double *slices,
                          void *to);
 
-/* Every slice of the path in order, to rank 0. */
-static enum ad_status each_piece(const struct path_run *run, take_slices *take, void *to,
+/* Every slice of the path in order, to rank 0; `own`: those of this rank, here. */
+static enum ad_status each_piece(const struct path_run *run, bool own, take_slices *take, void *to,
                                  struct ad_error *error)
 {
     struct ad_ranks *ranks = run->options->common.ranks;
@@ -109,6 +109,8 @@ static enum ad_status each_piece(const struct path_run *run, take_slices *take, 
         struct phys_path_share s;
         phys_path_share(ranks, rank, run->settings.slices, &s, error);
         size_t slices = s.slices - (rank + 1 < count), n; /* the last is the next one's first */
+        if (own && me != rank)
+            continue;
         for (size_t i = 0; i < slices && error->status == AD_OK; i += n) {
             n = slices - i < most ? slices - i : most;
             for (size_t k = 0; me == rank && k < n * dof; k++)
@@ -116,10 +118,10 @@ static enum ad_status each_piece(const struct path_run *run, take_slices *take, 
             if (me == 0 && rank > 0)
                 ad_ranks_exchange(ranks, AD_NO_RANK, NULL, rank, piece, n * dof * sizeof *piece,
                                   error);
-            else if (me == rank && rank > 0)
+            else if (!own && me == rank && rank > 0)
                 ad_ranks_exchange(ranks, 0, piece, AD_NO_RANK, NULL, n * dof * sizeof *piece,
                                   error);
-            if (me == 0 && error->status == AD_OK)
+            if ((own || me == 0) && error->status == AD_OK)
                 take(run, s.first + i, n, piece, to);
         }
     }
@@ -139,11 +141,22 @@ static void write_rows(const struct path_run *run, size_t first, size_t n, const
     }
 }
 
-static void append_rows(const struct path_run *run, size_t first, size_t n, const double *slices,
-                        void *to)
+static void put_rows(const struct path_run *run, size_t first, size_t n, const double *slices,
+                     void *to)
 {
-    (void)run, (void)first;
-    phys_hdf5_append_all(to, "slices", n, slices);
+    (void)run;
+    phys_hdf5_put(to, "slices", first, n, slices);
+}
+
+/* By all ranks into one file, where HDF5 and the file system let them. */
+static enum ad_status put_all(const struct path_run *run, phys_hdf5 *file, struct ad_error *error)
+{
+    struct ad_ranks *ranks = run->options->common.ranks;
+    bool shared;
+    if (phys_hdf5_share(ranks, &file, &shared, error) != AD_OK)
+        return error->status;
+    each_piece(run, shared, put_rows, file, error);
+    return shared ? phys_hdf5_unshare(ranks, &file, error) : error->status;
 }
 
 static enum ad_status begin(void *context, struct outputs *outputs, struct ad_error *error)
@@ -166,13 +179,14 @@ static enum ad_status solve(void *context, struct ad_error *error)
     if (csv)
         path_write_titles(run, csv);
     if (file) {
-        phys_hdf5_extendable(file, "slices", AD_F64, 2, (size_t[]){0, run->system.dof});
+        phys_hdf5_blank(file, "slices", AD_F64, 2,
+                        (size_t[]){run->settings.slices, run->system.dof});
         phys_hdf5_text(file, "slices", "unit", run->system.scene->unit);
         phys_hdf5_text(file, "slices", "axes", "slice, coordinate");
     }
-    if (common->csv && each_piece(run, write_rows, csv, error) != AD_OK)
+    if (common->csv && each_piece(run, false, write_rows, csv, error) != AD_OK)
         return error->status;
-    return common->out ? each_piece(run, append_rows, file, error) : AD_OK;
+    return common->out ? put_all(run, file, error) : AD_OK;
 }
 
 static enum ad_status write_file(const void *context, phys_hdf5 *file, struct ad_error *error)

@@ -1,12 +1,15 @@
 /* Ranks by MPI (Open MPI, MPICH): the one file that calls it. */
-#include "ranks.h"
+#include "engine.h"
 #include "autodiff/clock.h"
+#include "autodiff/version.h"
+#include "physics/io/hdf5_file.h"
 
 #include <limits.h>
 #include <mpi.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
+#include <string.h>
 
 static const double patience = 2; /* seconds after an error, in which the others fail alike */
 
@@ -119,6 +122,17 @@ static bool next(void *context, size_t *number)
     return received;
 }
 
+/* ---- files of all ranks ---- */
+
+#ifdef RANKS_HDF5
+static bool on_all_ranks(void *set, int64_t access)
+{
+    int (*set_fapl_mpio)(int64_t, MPI_Comm, MPI_Info);
+    memcpy(&set_fapl_mpio, &set, sizeof set);
+    return set_fapl_mpio(access, MPI_COMM_WORLD, MPI_INFO_NULL) >= 0;
+}
+#endif
+
 /* ---- start and end ---- */
 
 static struct ad_ranks world = {.size = sizeof world,
@@ -128,10 +142,9 @@ static struct ad_ranks world = {.size = sizeof world,
                                 .exchange = exchange,
                                 .next = next};
 
-static enum ad_status join(struct ad_error *error)
+static enum ad_status join(size_t launched, const char *variable, struct ad_error *error)
 {
     int rank = 0, count = 1, threads = 0;
-    const char *variable;
     if (MPI_Init_thread(NULL, NULL, MPI_THREAD_MULTIPLE, &threads) != MPI_SUCCESS ||
         MPI_Comm_rank(MPI_COMM_WORLD, &rank) != MPI_SUCCESS ||
         MPI_Comm_size(MPI_COMM_WORLD, &count) != MPI_SUCCESS ||
@@ -143,7 +156,6 @@ static enum ad_status join(struct ad_error *error)
     world.count = (size_t)count;
     if (threads < MPI_THREAD_MULTIPLE)
         return ad_fail(error, AD_E_ARGUMENT, "this MPI lacks MPI_THREAD_MULTIPLE; try another");
-    size_t launched = ranks_launched(&variable);
     if (world.count != launched)
         return ad_fail(error, AD_E_ARGUMENT,
                        "%s: started as %zu processes, of which MPI joined %zu; expected the mpirun "
@@ -152,24 +164,21 @@ static enum ad_status join(struct ad_error *error)
     return AD_OK;
 }
 
-/* Started alone, MPI is not begun: that takes longer than short runs do. */
-struct ad_ranks *ranks_start(struct ad_error *error)
+static struct ad_ranks *start(size_t launched, const char *variable, struct ad_error *error)
 {
-    const char *variable;
-    if (ranks_launched(&variable) == 1)
-        return NULL;
-    join(error);
+    join(launched, variable, error);
     if (world.rank > 0 && !freopen("/dev/null", "w", stdout))
         ad_fail(error, AD_E_IO, "/dev/null cannot be opened");
+#ifdef RANKS_HDF5
+    phys_hdf5_parallel(RANKS_HDF5, on_all_ranks);
+#endif
     return &world;
 }
 
-bool ranks_meet(struct ad_ranks *ranks, bool failed)
+static bool meet(struct ad_ranks *ranks, bool failed)
 {
     MPI_Request all;
     int here = 0;
-    if (!ranks)
-        return true;
     /* The lowest rank that failed gives up first, so that one speaks for all. */
     double until = ad_now() + patience + 0.1 * (double)ranks->rank;
     if (MPI_Ibarrier(MPI_COMM_WORLD, &all) != MPI_SUCCESS)
@@ -180,10 +189,9 @@ bool ranks_meet(struct ad_ranks *ranks, bool failed)
     return here;
 }
 
-void ranks_end(struct ad_ranks *ranks, bool met, int status)
+static void end(struct ad_ranks *ranks, bool met, int status)
 {
-    if (!ranks)
-        return;
+    (void)ranks;
     if (!met)
         MPI_Abort(MPI_COMM_WORLD, status);
     closing = true;
@@ -192,3 +200,5 @@ void ranks_end(struct ad_ranks *ranks, bool met, int status)
     MPI_Comm_free(&deals);
     MPI_Finalize();
 }
+
+const struct ranks_engine ranks_engine = {LEASTACTION_VERSION, start, meet, end};

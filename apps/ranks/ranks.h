@@ -1,5 +1,5 @@
-/* The ranks on which the command runs. One of two files is linked: mpi.c by make MPI=1, the one
-   place that calls MPI; else alone.c. */
+/* The ranks on which the command runs, by an engine that is loaded where there are more than one
+   (engine.h). */
 #ifndef APPS_RANKS_RANKS_H
 #define APPS_RANKS_RANKS_H
 

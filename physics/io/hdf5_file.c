@@ -13,11 +13,6 @@
 #include <string.h>
 #include <unistd.h>
 
-void *phys_hdf5_load(void **slot, const char *name)
-{
-    return ad_lazy_load(slot, AD_LIBRARY_hdf5, name);
-}
-
 static char *_Atomic reading;
 
 const char *phys_hdf5_reading(void) { return atomic_load(&reading); }
@@ -96,7 +91,7 @@ static void start_hdf5(void)
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
 }
 
-static phys_hdf5 *handle_new(const char *name, struct ad_error *error)
+phys_hdf5 *phys_h5_handle_new(const char *name, struct ad_error *error)
 {
     start_hdf5();
     phys_hdf5 *file = calloc(1, sizeof *file);
@@ -109,7 +104,7 @@ static phys_hdf5 *handle_new(const char *name, struct ad_error *error)
     return file;
 }
 
-static void handle_free(phys_hdf5 *file)
+void phys_h5_handle_free(phys_hdf5 *file)
 {
     char *mine = file->name;
     atomic_compare_exchange_strong(&reading, &mine, NULL);
@@ -118,8 +113,7 @@ static void handle_free(phys_hdf5 *file)
 
 /* ---- writing ---- */
 
-/* The file is locked already: it is a temporary one of ours. */
-static hid_t file_access(void)
+hid_t phys_h5_file_access(void)
 {
     hid_t access = H5Pcreate(H5P_FILE_ACCESS);
 #if H5_VERSION_GE(1, 12, 1) || (H5_VERS_MINOR == 10 && H5_VERS_RELEASE >= 7)
@@ -134,14 +128,14 @@ enum ad_status phys_hdf5_create(const char *target, phys_hdf5 **out, struct ad_e
 {
     PHYS_H5_ALONE;
     *out = NULL;
-    phys_hdf5 *file = handle_new(target, error);
+    phys_hdf5 *file = phys_h5_handle_new(target, error);
     if (!file)
         return AD_E_MEMORY;
     enum ad_status status = phys_atomic_file_begin(&file->file, target, error);
     if (status == AD_OK) {
         hid_t sealed = H5Pcreate(H5P_FILE_CREATE);
         H5Pset_userblock(sealed, PHYS_CHECKSUM_BYTES);
-        hid_t access = file_access();
+        hid_t access = phys_h5_file_access();
         file->id = H5Fcreate(file->file.temporary, H5F_ACC_TRUNC, sealed, access);
         H5Pclose(access);
         if (file->id < 0) {
@@ -153,7 +147,7 @@ enum ad_status phys_hdf5_create(const char *target, phys_hdf5 **out, struct ad_e
     if (status == AD_OK)
         *out = file;
     else
-        handle_free(file);
+        phys_h5_handle_free(file);
     return status;
 }
 
@@ -173,7 +167,7 @@ enum ad_status phys_hdf5_commit(phys_hdf5 *file, struct ad_error *error)
         ad_fail(error, status, "%s", file->error.message);
         phys_atomic_file_abandon(&file->file);
     }
-    handle_free(file);
+    phys_h5_handle_free(file);
     return status;
 }
 
@@ -184,7 +178,7 @@ void phys_hdf5_abandon(phys_hdf5 *file)
         return;
     H5Fclose(file->id);
     phys_atomic_file_abandon(&file->file);
-    handle_free(file);
+    phys_h5_handle_free(file);
 }
 
 /* ---- reading ---- */
@@ -202,13 +196,13 @@ enum ad_status phys_hdf5_open(const char *name, phys_hdf5 **out, struct ad_error
     *out = NULL;
     if (phys_checksum_check(name, name, error) != AD_OK)
         return AD_E_INPUT;
-    phys_hdf5 *file = handle_new(name, error);
+    phys_hdf5 *file = phys_h5_handle_new(name, error);
     if (!file)
         return AD_E_MEMORY;
     atomic_store(&reading, file->name);
     file->id = H5Fopen(name, H5F_ACC_RDONLY, H5P_DEFAULT);
     if (file->id < 0) {
-        handle_free(file);
+        phys_h5_handle_free(file);
         return access(name, R_OK) != 0
                    ? ad_fail(error, AD_E_INPUT, "%s: cannot be read: %s; expected an HDF5 file",
                              name, strerror(errno))
@@ -229,7 +223,7 @@ void phys_hdf5_close(phys_hdf5 *file)
     if (!file)
         return;
     H5Fclose(file->id);
-    handle_free(file);
+    phys_h5_handle_free(file);
 }
 
 /* ---- kinds ---- */

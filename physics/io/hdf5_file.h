@@ -10,6 +10,7 @@
 #define PHYSICS_IO_HDF5_FILE_H
 
 #include "autodiff/autodiff.h"
+#include "autodiff/ranks.h"
 
 AD_HEADER_BEGIN
 
@@ -25,6 +26,11 @@ enum ad_status phys_hdf5_create(const char *target, phys_hdf5 **file, struct ad_
 /* An n-dimensional dataset at once: values [dims[0] x ... x dims[rank-1]] of the element type. */
 void phys_hdf5_write(phys_hdf5 *file, const char *name, enum ad_type type, size_t rank,
                      const size_t dims[], const void *values);
+/* A dataset of that shape, filled by phys_hdf5_put: records first ... first + n - 1 [n x dims[1] x
+   ... x dims[rank-1]]. */
+void phys_hdf5_blank(phys_hdf5 *file, const char *name, enum ad_type type, size_t rank,
+                     const size_t dims[]);
+void phys_hdf5_put(phys_hdf5 *file, const char *name, size_t first, size_t n, const void *records);
 /* A dataset that grows along its first dimension: dims[0] is ignored, 0 records so far. */
 void phys_hdf5_extendable(phys_hdf5 *file, const char *name, enum ad_type type, size_t rank,
                           const size_t dims[]);
@@ -45,6 +51,20 @@ void phys_hdf5_integer(phys_hdf5 *file, const char *object, const char *name, in
 enum ad_status phys_hdf5_commit(phys_hdf5 *file, struct ad_error *error);
 /* Drops what was written, and the handle. NULL: nothing to do. */
 void phys_hdf5_abandon(phys_hdf5 *file);
+
+/* ---- writing by all ranks (hdf5_ranks.c) ---- */
+
+/* From now on HDF5 is this library, which must be a parallel one, else nothing changes; before any
+   other call. on_all_ranks (H5Pset_fapl_mpio, access) gives a list for access to files (hid_t) the
+   communicator of all ranks. */
+void phys_hdf5_parallel(const char *library, bool (*on_all_ranks)(void *set, int64_t access));
+/* Opens the file that rank 0 writes, *file, NULL on the others, on all of them, which then call
+   phys_hdf5_put alone. Where that cannot be, as HDF5 is not parallel or the file system not one
+   that all see: *shared is false, and the file open on rank 0 alone, as before. */
+enum ad_status phys_hdf5_share(struct ad_ranks *ranks, phys_hdf5 **file, bool *shared,
+                               struct ad_error *error);
+/* Back to rank 0 alone; *file becomes NULL on the others. A failure of writing of any rank. */
+enum ad_status phys_hdf5_unshare(struct ad_ranks *ranks, phys_hdf5 **file, struct ad_error *error);
 
 /* ---- reading ---- */
 

@@ -55,10 +55,12 @@ void *phys_hdf5_load(void **slot, const char *name);
 #define H5Pget_filter2 AD_LAZY(phys_hdf5_load, H5Pget_filter2)
 #define H5Pget_layout AD_LAZY(phys_hdf5_load, H5Pget_layout)
 #define H5Pget_nfilters AD_LAZY(phys_hdf5_load, H5Pget_nfilters)
+#define H5Pset_alloc_time AD_LAZY(phys_hdf5_load, H5Pset_alloc_time)
 #define H5Pset_char_encoding AD_LAZY(phys_hdf5_load, H5Pset_char_encoding)
 #define H5Pset_chunk AD_LAZY(phys_hdf5_load, H5Pset_chunk)
 #define H5Pset_create_intermediate_group AD_LAZY(phys_hdf5_load, H5Pset_create_intermediate_group)
 #define H5Pset_file_locking AD_LAZY(phys_hdf5_load, H5Pset_file_locking)
+#define H5Pset_fill_time AD_LAZY(phys_hdf5_load, H5Pset_fill_time)
 #define H5Pset_obj_track_times AD_LAZY(phys_hdf5_load, H5Pset_obj_track_times)
 #define H5Pset_userblock AD_LAZY(phys_hdf5_load, H5Pset_userblock)
 #define H5Sclose AD_LAZY(phys_hdf5_load, H5Sclose)
@@ -101,6 +103,12 @@ struct phys_hdf5 {
 #define PHYS_H5_ALONE int alone __attribute__((cleanup(phys_h5_leave), unused)) = phys_h5_enter()
 int phys_h5_enter(void);
 void phys_h5_leave(int *alone);
+
+/* A handle without a file; AD_E_MEMORY. Frees it. */
+phys_hdf5 *phys_h5_handle_new(const char *name, struct ad_error *error);
+void phys_h5_handle_free(phys_hdf5 *file);
+/* Property list of a file that is locked already, being a temporary one of ours. */
+hid_t phys_h5_file_access(void);
 
 /* "FILE: cannot WHAT 'ITEM': " and HDF5's innermost reason for its last failure; returns status. */
 enum ad_status phys_h5_fail(struct ad_error *error, enum ad_status status, const char *file,
