@@ -32,6 +32,12 @@ bool ad_lbfgs_step(ad_lbfgs *method, ad_objective *evaluate, void *context, doub
 typedef double ad_inner_product(void *context, const double *a, const double *b);
 void ad_lbfgs_share(ad_lbfgs *method, ad_inner_product *product, void *context);
 
+/* A symmetric, positive definite approximation of the inverse of the second derivatives: d [n], a
+   gradient, becomes its product. Directions begin with it, and the first step with that direction
+   as it is. Of vectors that processes share, all call it together. */
+typedef void ad_inverse_times(void *context, double *d);
+void ad_lbfgs_precondition(ad_lbfgs *method, ad_inverse_times *inverse, void *context);
+
 /* State for checkpoints: the number of pairs so far, and [size] numbers, owned by the method.
    Writing both back resumes bitwise. */
 uint64_t *ad_lbfgs_pairs(ad_lbfgs *method);

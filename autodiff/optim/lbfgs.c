@@ -7,7 +7,7 @@
 
 enum { MEMORY = 10, TRIALS = 40 };
 
-static const double DECREASE = 1e-4, CURVATURE = 0.9;
+static const double DECREASE = 1e-4, CURVATURE = 0.9, ROUNDING = 1e-12;
 
 struct ad_lbfgs {
     size_t n;
@@ -15,7 +15,8 @@ struct ad_lbfgs {
     double *kept;                      /* s [MEMORY x n], y [MEMORY x n], rho [MEMORY] */
     double *direction, *from, *from_g; /* [n] each, behind what is kept */
     ad_inner_product *product;         /* NULL: this process has all */
-    void *context;
+    ad_inverse_times *inverse;         /* NULL: a multiple of one, by the last pair */
+    void *context, *inverse_context;
 };
 
 static size_t kept_size(const ad_lbfgs *m) { return MEMORY * (2 * m->n + 1); }
@@ -58,6 +59,14 @@ void ad_lbfgs_share(ad_lbfgs *method, ad_inner_product *product, void *context)
     method->context = context;
 }
 
+void ad_lbfgs_precondition(ad_lbfgs *method, ad_inverse_times *inverse, void *context)
+{
+    if (!method)
+        return;
+    method->inverse = inverse;
+    method->inverse_context = context;
+}
+
 static double dot(const ad_lbfgs *m, const double *a, const double *b)
 {
     double sum = 0;
@@ -81,7 +90,9 @@ static void find_direction(ad_lbfgs *m, const double *g)
         for (size_t k = 0; k < n; k++)
             d[k] -= a * pair_y(m, i)[k];
     }
-    if (kept) {
+    if (m->inverse) {
+        m->inverse(m->inverse_context, d);
+    } else if (kept) {
         const double *y = pair_y(m, m->pairs - 1);
         double scale = 1 / (*pair_rho(m, m->pairs - 1) * dot(m, y, y));
         for (size_t k = 0; k < n; k++)
@@ -92,6 +103,14 @@ static void find_direction(ad_lbfgs *m, const double *g)
         for (size_t k = 0; k < n; k++)
             d[k] += b * pair_s(m, i)[k];
     }
+}
+
+/* Whether the objective fell enough; where it changes by no more than it is rounded, by its slope
+   (W. Hager, H. Zhang, SIAM J. Optim. 16, 170 (2005), eq. 22). */
+static bool falls(double from, double value, double length, double slope, double here)
+{
+    return value <= from + DECREASE * length * slope ||
+           (fabs(value - from) <= ROUNDING * fabs(from) && here <= (2 * DECREASE - 1) * slope);
 }
 
 /* Bisects between a step that is too short and one that is too long; doubles until there is one. */
@@ -107,7 +126,7 @@ static bool search(ad_lbfgs *m, ad_objective *evaluate, void *context, double le
             x[k] = m->from[k] + length * m->direction[k];
         *value = evaluate(context, x, g);
         double here = dot(m, g, m->direction);
-        if (!(*value <= from + DECREASE * length * slope) || here > -CURVATURE * slope)
+        if (!falls(from, *value, length, slope, here) || here > -CURVATURE * slope)
             high = length;
         else if (here < CURVATURE * slope)
             low = length;
@@ -146,7 +165,7 @@ bool ad_lbfgs_step(ad_lbfgs *method, ad_objective *evaluate, void *context, doub
         largest = fmax(largest, fabs(m->direction[k]));
     if (m->product && !m->pairs)
         largest = sqrt(dot(m, m->direction, m->direction));
-    if (search(m, evaluate, context, m->pairs ? 1 : first / largest, x, g, value)) {
+    if (search(m, evaluate, context, m->pairs || m->inverse ? 1 : first / largest, x, g, value)) {
         remember(m, x, g);
         return true;
     }

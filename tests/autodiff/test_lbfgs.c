@@ -41,10 +41,41 @@ static void test_wolfe_conditions(void **state)
     ad_lbfgs_free(method);
 }
 
+/* Of curvatures 1 and 1e6 around (3, -2); `context` counts evaluations. */
+static double valley(void *context, double *x, double *g)
+{
+    ++*(int *)context;
+    g[0] = x[0] - 3;
+    g[1] = 1e6 * (x[1] + 2);
+    return 0.5 * (g[0] * g[0] + 1e-6 * g[1] * g[1]);
+}
+
+static void divide(void *context, double *d)
+{
+    (void)context;
+    d[1] /= 1e6;
+}
+
+static void test_preconditioned(void **state)
+{
+    (void)state;
+    double x[2] = {-1.2, 1}, g[2];
+    int evaluations = 0;
+    double value = valley(&evaluations, x, g);
+    ad_lbfgs *method = ad_lbfgs_new(2);
+    ad_lbfgs_precondition(method, divide, NULL);
+    assert_true(ad_lbfgs_step(method, valley, &evaluations, 1e-9, x, g, &value));
+    assert_int_equal(evaluations, 2);
+    assert_close(x[0], 3, 1e-15, 0);
+    assert_close(x[1], -2, 1e-15, 0);
+    ad_lbfgs_free(method);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_wolfe_conditions),
+        cmocka_unit_test(test_preconditioned),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -139,6 +139,7 @@ static void test_optimisers(void **state)
     assert_true(isnan(w));
     ad_optimiser_free(o);
     w = 1;
+    ad_lbfgs_precondition(NULL, NULL, NULL);
     assert_false(ad_lbfgs_step(NULL, parabola, NULL, 1, &w, &g, &value));
     assert_false(ad_lbfgs_step(m, NULL, NULL, 1, &w, &g, &value));
     assert_false(ad_lbfgs_step(m, parabola, NULL, 1, NULL, &g, &value));

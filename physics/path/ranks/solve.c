@@ -7,6 +7,7 @@
 #include "autodiff/lbfgs.h"
 #include "autodiff/optim.h"
 #include "elimination.h"
+#include "kinetic.h"
 #include "physics/path/path_program.h"
 
 #include <float.h>
@@ -21,6 +22,7 @@ enum {
 };
 static const double SLOW = 0.999;  /* a step that leaves so much of the gradient */
 static const double SHORTER = 0.1; /* a step after the last one */
+static const double FALLING = 0.5; /* |g| of lbfgs after a step, while it still falls */
 
 struct solve {
     struct phys_ranked_path path;
@@ -29,7 +31,8 @@ struct solve {
     double *x, *before, *step;
     double start_norm, last; /* last: length of the last step of newton */
     struct phys_elimination system;
-    struct ad_error *error; /* of an evaluation of lbfgs */
+    struct phys_kinetic kinetic; /* of lbfgs */
+    struct ad_error *error;      /* of its evaluations */
 };
 
 static double share_of(const struct phys_ranked_path *p)
@@ -155,43 +158,59 @@ static double objective(void *context, double *x, double *g)
     return s->at.objective;
 }
 
-/* A first step that changes no number by more than the learning rate, by its norm. */
-static double first_step(struct solve *s, const double *g, struct ad_error *error)
+static void precondition(void *context, double *d)
 {
-    double largest = 0;
-    for (size_t k = 0; k < s->path.rows * s->path.columns; k++)
-        largest = fmax(largest, fabs(g[k]));
-    largest = -largest;
-    ad_ranks_least(s->path.ranks, 1, &largest, error);
-    return s->path.settings->learning_rate * s->at.grad_norm / -largest;
+    struct solve *s = context;
+    phys_kinetic_solve(&s->kinetic, d, s->error);
+}
+
+/* Whether the gradient is zero within its rounding, as much as velocities bring, and falls no more.
+ */
+static bool at_kinetic_rounding(struct solve *s, double before, struct ad_error *error)
+{
+    double squares[2] = {0};
+    phys_ranked_products(&s->path, s->x, s->x, squares, error);
+    return s->at.grad_norm >= FALLING * before &&
+           s->at.grad_norm <= ROUNDING * 4 * DBL_EPSILON * sqrt(squares[1]);
+}
+
+static void prepare_lbfgs(struct solve *s, ad_lbfgs *method, struct ad_error *error)
+{
+    double *g = s->step;
+    take_gradient(s, g);
+    s->error = error;
+    ad_lbfgs_share(method, product, s);
+    ad_lbfgs_precondition(method, precondition, s);
+    if (phys_kinetic_new(&s->kinetic, &s->path, share_of(&s->path), s->x, g, s->before, error) ==
+        AD_OK)
+        evaluate(s, error); /* again: the other path was the last one */
 }
 
 static enum ad_status lbfgs(struct solve *s, size_t *taken, enum phys_stop *stop,
                             struct ad_error *error)
 {
     ad_lbfgs *method = ad_lbfgs_new(s->path.rows * s->path.columns);
-    double *g = s->step;
+    double before = (double)INFINITY;
     if (!method)
         ad_fail(error, AD_E_MEMORY, "out of memory for a share of %zu slices", s->path.columns);
-    s->error = error;
-    ad_lbfgs_share(method, product, s);
     if (ad_ranks_agree(s->path.ranks, error) == AD_OK && approach(s, stop, error) == AD_OK)
-        take_gradient(s, g);
-    const double first = error->status == AD_OK ? first_step(s, g, error) : 0;
+        prepare_lbfgs(s, method, error);
     for (; error->status == AD_OK && finite(s, *taken, error) == AD_OK; ++*taken) {
         double value = s->at.objective;
         *stop = report(s, *taken);
-        if (!*stop && s->at.grad_norm == 0)
+        if (!*stop && at_kinetic_rounding(s, before, error))
             *stop = PHYS_STOP_ROUNDING;
         if (*stop)
             break;
-        if (!ad_lbfgs_step(method, objective, s, first, s->x, g, &value)) {
+        before = s->at.grad_norm;
+        if (!ad_lbfgs_step(method, objective, s, 0, s->x, s->step, &value)) {
             *stop = PHYS_STOP_STALLED;
             evaluate(s, error);
             break;
         }
     }
     ad_lbfgs_free(method);
+    phys_kinetic_free(&s->kinetic);
     return error->status;
 }
 

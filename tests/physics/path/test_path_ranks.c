@@ -24,6 +24,13 @@ static const struct task tasks[] = {
     {"sine-gordon", "gauss2", 21, 0.2, 0.001, true},
 };
 
+/* Where the action has a minimum. */
+static const struct task minima[] = {
+    {"sine-gordon", "gauss2", 21, 0.02, 0.1, true},
+    {"dblpend", "gauss4", 30, 0.02, 0.1, false},
+    {"pendulum", "left", 100, 0.3, 0.3, false},
+};
+
 struct job {
     const struct phys_solver *solver;
     struct phys_system system;
@@ -183,13 +190,14 @@ static void test_bits(void **state)
         assert_same_bits(&tasks[k], "newton");
     assert_same_bits(&tasks[3], "adam");
     assert_same_bits(&tasks[3], "lbfgs");
-    assert_same_bits(&tasks[4], "lbfgs");
+    assert_same_bits(&minima[0], "lbfgs");
     assert_same_bits(&tasks[0], "sgd");
 }
 
-static void check_descent(const char *solver)
+static void test_adam(void **state)
 {
-    struct job j = job_of(&tasks[3], solver);
+    (void)state;
+    struct job j = job_of(&tasks[3], "adam");
     struct ad_error error = {0};
     struct phys_path_info info;
     double *path = malloc(j.rows * j.settings.slices * sizeof *path);
@@ -204,11 +212,42 @@ static void check_descent(const char *solver)
     job_free(&j);
 }
 
-static void test_descents(void **state)
+/* The path of Newton's method, in few steps. */
+static void test_lbfgs(void **state)
 {
     (void)state;
-    check_descent("adam");
-    check_descent("lbfgs");
+    for (size_t k = 0; k < LENGTH(minima); k++) {
+        struct job newton = job_of(&minima[k], "newton");
+        struct job j = job_of(&minima[k], "lbfgs");
+        work(&newton, NULL);
+        work(&j, NULL);
+        assert_string_equal(j.error[0].message, "");
+        assert_int_equal(newton.spectrum[0].index, 0);
+        assert_int_equal(j.info[0].stop, PHYS_STOP_ROUNDING);
+        assert_true(j.info[0].steps <= 30);
+        assert_true(apart(&j, j.path, newton.path) < 1e-9 && apart(&j, j.path, j.start) > 1e-3);
+        job_free(&newton);
+        job_free(&j);
+    }
+}
+
+/* Without forces that vary the preconditioner is the whole inverse: one step. */
+static void test_kinetic_inverse(void **state)
+{
+    (void)state;
+    static const struct task fall[] = {{"freebody", "left", 300, 0.05, 4, false},
+                                       {"freebody", "gauss2", 21, 0.3, 4, false},
+                                       {"freebody", "gauss4", 70, 0.1, 4, false}};
+    for (size_t k = 0; k < LENGTH(fall); k++) {
+        struct job j = job_of(&fall[k], "lbfgs");
+        system_set(&j.system, "m", 3.7);
+        j.settings.steps = 1;
+        work(&j, NULL);
+        assert_string_equal(j.error[0].message, "");
+        assert_int_equal(j.info[0].steps, 1);
+        assert_true(j.info[0].grad_norm < 1e-9 * j.info[0].start.grad_norm);
+        job_free(&j);
+    }
 }
 
 /* Without room for its joints a rank makes them again. */
@@ -398,10 +437,16 @@ static void test_shares(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_newton),   cmocka_unit_test(test_bits),
-        cmocka_unit_test(test_descents), cmocka_unit_test(test_joints_made_again),
-        cmocka_unit_test(test_starts),   cmocka_unit_test(test_signs),
-        cmocka_unit_test(test_refused),  cmocka_unit_test(test_differing),
+        cmocka_unit_test(test_newton),
+        cmocka_unit_test(test_bits),
+        cmocka_unit_test(test_adam),
+        cmocka_unit_test(test_lbfgs),
+        cmocka_unit_test(test_kinetic_inverse),
+        cmocka_unit_test(test_joints_made_again),
+        cmocka_unit_test(test_starts),
+        cmocka_unit_test(test_signs),
+        cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_differing),
         cmocka_unit_test(test_shares),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
