@@ -187,9 +187,6 @@ enum ad_status path_ends(struct path_run *run, struct ad_error *error)
     if (path_relations(run, error) != AD_OK)
         return error->status;
     bool free = run->ends.free[0] || run->ends.free[1] || options->relate;
-    if (free && path_wants_all(options))
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "--all, --energy: expected both ends, got a free coordinate; give it");
     bool serves =
         strcmp(run->solver->name, "newton") == 0 || strcmp(run->solver->name, "lbfgs") == 0;
     if (free && (!serves || options->hold != 1))

@@ -129,7 +129,7 @@ static void report_completeness(const struct path_run *run, const struct phys_so
     report_flag(report, "exhaustive", NULL, all->exhaustive);
     if (left > 1 && !isnan(all->unseen_paths)) {
         report_coverings(all, report);
-    } else if (left > 1) {
+    } else if (left > 1 || all->starts > 0) {
         report_number(report, "unseen", NULL, NULL, all->unseen);
         report_number(report, "unseen_limit", NULL, NULL, all->unseen_limit);
         report_count(report, "starts", NULL, all->starts);

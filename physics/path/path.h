@@ -377,20 +377,21 @@ struct phys_solutions {
     size_t found_once;
     double undecided; /* share of the starts, by the volume of their velocities */
     double unseen_paths, unseen_paths_limit;
-    /* More coordinates: random starts, and how many led to a path; the probability that another
-       start finds a new path, from the number of paths that none but one of them led to, and its
-       upper bound at 95 % confidence; else NaN. Paths that no start leads to are not included. */
+    /* More coordinates, or ends that move: random starts, and how many led to a path; the
+       probability that another start finds a new path, from the number of paths that none but one
+       of them led to, and its upper bound at 95 % confidence; else NaN. Paths that no start leads
+       to are not included. */
     size_t starts, led;
     double unseen, unseen_limit;
 };
 /* Finds stationary paths between the ends of path [s*dof x slices], which is a start, too. With
    one coordinate all of them if L does not depend on time, else those found by sweeping the
    velocity at the first end; with two and three those of motions from a dense covering of the
-   velocities at the first end; with more those found from random velocities, at most `starts`,
-   fewer once a new path has become unlikely. Constraints that leave one direction: by velocities
-   along it, up to `fastest`; more: by random ones. Both ends are given: AD_E_ARGUMENT where
-   settings->ends leaves coordinates free. AD_E_IO as in ranks.h. Free with phys_solutions_free;
-   empty on failure. */
+   velocities at the first end; with more, and where settings->ends leaves coordinates free, those
+   found from random velocities and places, at most `starts`, fewer once a new path has become
+   unlikely. Constraints that leave one direction: by velocities along it, up to `fastest`; more: by
+   random ones. AD_E_ARGUMENT where settings->ends leaves the end time free, or coordinates beside
+   constraints. AD_E_IO as in ranks.h. Free with phys_solutions_free; empty on failure. */
 enum ad_status phys_path_all(const struct phys_system *system,
                              const struct phys_path_settings *settings, const double *path,
                              size_t starts, uint64_t seed, struct phys_solutions *solutions,

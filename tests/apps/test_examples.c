@@ -166,7 +166,6 @@ static void test_rod(void **state)
                 "$LA build pure.c --include \"$ROOT\" --quiet && $LA path ./pure.so --tol 1e-9");
     assert_non_null(strstr(shell_out(), "  constraint force at slices")); /* C10: without a unit */
     assert_null(strchr(strstr(shell_out(), "  constraint force at slices"), '/'));
-    assert_int_equal(shell("$LA path ./rod.so --all"), 2);
     assert_int_equal(shell("$LA modes ./rod.so"), 2);
     assert_int_equal(shell("$LA simulate ./rod.so --lyapunov 1"), 2);
     assert_int_equal(shell("$LA simulate ./rod.so --sensitivity"), 2);

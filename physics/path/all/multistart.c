@@ -4,11 +4,13 @@
    velocities (multistart_shots.c). Otherwise starts are motions from the first end with many
    velocities, bent to meet the second end, and Newton's method makes each stationary. For one
    coordinate the initial velocity is swept and bisected wherever the miss of the second end changes
-   sign; for many, velocities are drawn at random until another start is unlikely to find a new
-   path: after N successful starts the probability of an unseen path is about the fraction of paths
-   seen once (Good, Biometrika 40, 1953). */
+   sign; for many, and where coordinates of the ends move, velocities, and places that move, are
+   drawn at random until another start is unlikely to find a new path: after N successful starts the
+   probability of an unseen path is about the fraction of paths seen once (Good, Biometrika 40,
+   1953). */
 #include "autodiff/free.h"
 #include "multistart.h"
+#include "physics/path/ends.h"
 #include "end_map.h"
 #include "physics/io/random.h"
 
@@ -16,13 +18,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SUBSTEPS = 4, BISECTIONS = 30, STEPS = 60, LEAST_STARTS = 30, AT_ONCE = 4 };
+enum { SUBSTEPS = 4, STEPS = 60, LEAST_STARTS = 30, AT_ONCE = 4 };
 
 static const double ROUNDING = 1e-9;  /* of coordinates: ends so near are one place */
-static const double GRID = 1.02;      /* ratio of neighbouring velocities in a sweep */
 static const double MOST_DETOUR = 30; /* a start that ends this many spans away is rejected */
 static const double NEAR = 0.1;       /* of a motion's extent: its path on the grid */
-static const double ALONG = 30;       /* natural speeds, of motions with constraints */
 static const double UNSEEN = 0.05;    /* a chance of finding more that is not worth a start */
 
 bool phys_multistart_goes_on(struct phys_multistart *s)
@@ -50,7 +50,7 @@ enum ad_status phys_multistart_solve(struct phys_multistart *s, struct ad_error 
     return error->status;
 }
 
-static enum ad_status make_stationary(struct phys_multistart *s, struct ad_error *error)
+enum ad_status phys_multistart_settle(struct phys_multistart *s, struct ad_error *error)
 {
     size_t led = s->led;
     phys_rule_interpolate(s->settings.rule, s->dof, s->slices, s->path);
@@ -76,8 +76,7 @@ enum ad_status phys_multistart_take(struct phys_multistart *s, double *begun,
 
 /* ---- starts ---- */
 
-/* Puts the motion from the first end with velocity s->v into s->path; false if it is lost. */
-static bool shoot(struct phys_multistart *s)
+bool phys_multistart_shoot(struct phys_multistart *s)
 {
     struct ad_error lost = {0};
     const struct phys_simulation how = {.size = sizeof how,
@@ -91,67 +90,27 @@ static bool shoot(struct phys_multistart *s)
            AD_OK;
 }
 
-static double miss(const struct phys_multistart *s, size_t k)
+double phys_multistart_miss(const struct phys_multistart *s, size_t k)
 {
     size_t last = k * s->slices + s->slices - 1;
     return s->path[last] - s->given[last];
 }
 
-/* The motion that begins with s->v, bent; false if it is lost or ends far away. */
-static bool begin(struct phys_multistart *s)
+bool phys_multistart_begin(struct phys_multistart *s)
 {
-    if (!shoot(s))
+    const struct phys_ends *ends = s->settings.ends;
+    if (!phys_multistart_shoot(s))
         return false;
-    for (size_t k = 0; k < s->dof; k++)
-        if (!(fabs(miss(s, k)) <= MOST_DETOUR * s->span))
+    for (size_t k = 0; k < s->dof; k++) {
+        const size_t last = (k + 1) * s->slices - 1;
+        if (!(fabs(phys_multistart_miss(s, k)) <= MOST_DETOUR * s->span))
             return false;
-    phys_path_bend(s->dof, s->slices, s->given, s->path);
+        s->between[k * s->slices] = s->q[k];
+        s->between[last] = phys_end_moves(ends, 1, k) ? s->path[last] : s->given[last];
+    }
+    phys_end_space_meet_path(&s->newton.path.ends, s->slices, s->between);
+    phys_path_bend(s->dof, s->slices, s->between, s->path);
     return true;
-}
-
-/* The miss along the direction that is left; NaN where the motion is lost. */
-static double miss_of(struct phys_multistart *s, double velocity)
-{
-    double sum = 0;
-    if (!phys_multistart_velocity(s, velocity) || !shoot(s))
-        return (double)NAN;
-    for (size_t k = 0; k < s->dof; k++)
-        sum += s->along[s->dof + k] * miss(s, k);
-    return sum;
-}
-
-static enum ad_status bisect(struct phys_multistart *s, double low, double high, double miss_low,
-                             struct ad_error *error)
-{
-    for (int k = 0; k < BISECTIONS && miss_low != 0; k++) {
-        double middle = 0.5 * (low + high), here = miss_of(s, middle);
-        if (!isfinite(here))
-            return AD_OK;
-        if ((here < 0) == (miss_low < 0))
-            low = middle;
-        else
-            high = middle;
-    }
-    return phys_multistart_velocity(s, low) && begin(s) ? make_stationary(s, error) : AD_OK;
-}
-
-/* Velocities from -range to range times the natural one, dense near zero, with zero among them. */
-static enum ad_status sweep(struct phys_multistart *s, struct ad_error *error)
-{
-    const double range = s->left < s->dof ? ALONG : PHYS_MULTISTART_RANGE;
-    int half = (int)ceil(2 * log(range) / log(GRID));
-    double before = 0, miss_before = (double)NAN;
-    for (int k = -half; k <= half && error->status == AD_OK && phys_multistart_goes_on(s); k++) {
-        double size = s->speed * range * pow(GRID, fabs((double)k) - half);
-        double velocity = k == 0 ? 0 : k < 0 ? -size : size, here = miss_of(s, velocity);
-        if (here == 0 || (isfinite(miss_before) && isfinite(here) && miss_before != 0 &&
-                          (here < 0) != (miss_before < 0)))
-            bisect(s, here == 0 ? velocity : before, velocity, here == 0 ? 0 : miss_before, error);
-        before = velocity;
-        miss_before = here;
-    }
-    s->solutions->fastest = s->speed * range;
-    return error->status;
 }
 
 /* Fraction of the starts whose path no other start has found; and its upper limit at 95 %
@@ -174,7 +133,7 @@ struct attempt {
 
 struct drawing {
     struct phys_multistart *s;
-    const double *v; /* [starts][dof] */
+    const double *v; /* [starts][2 dof], and places */
 };
 
 static enum ad_status attempt(void *context, size_t k, void *result, struct ad_error *error)
@@ -182,8 +141,9 @@ static enum ad_status attempt(void *context, size_t k, void *result, struct ad_e
     struct drawing *d = context;
     struct phys_multistart *s = d->s;
     struct attempt *a = result;
-    memcpy(s->v, d->v + k * s->dof, s->dof * sizeof *s->v);
-    if (!phys_multistart_turn(s, s->v) || !begin(s))
+    memcpy(s->v, d->v + 2 * k * s->dof, s->dof * sizeof *s->v);
+    memcpy(s->q, d->v + (2 * k + 1) * s->dof, s->dof * sizeof *s->q);
+    if (!phys_multistart_turn(s, s->v) || !phys_multistart_begin(s))
         return error->status;
     phys_rule_interpolate(s->settings.rule, s->dof, s->slices, s->path);
     a->led = phys_newton_settle(&s->newton, s->path, &a->info, error);
@@ -219,13 +179,26 @@ static enum ad_status draw_some(struct phys_multistart *s, const struct drawing 
     return error->status;
 }
 
+/* Velocities, and places, given ones where they do not move. */
+static void draw_start(const struct phys_multistart *s, struct phys_random *random, double *v)
+{
+    const double size = pow(10, 2 * phys_random_uniform(random) - 1);
+    for (size_t k = 0; k < s->dof; k++)
+        v[k] = s->speed * size * phys_random_normal(random);
+    for (size_t k = 0; k < s->dof; k++) {
+        v[s->dof + k] = s->given[k * s->slices];
+        if (phys_end_moves(s->settings.ends, 0, k))
+            v[s->dof + k] += s->span * phys_random_normal(random);
+    }
+}
+
 static enum ad_status draw(struct phys_multistart *s, size_t starts, uint64_t seed,
                            struct ad_error *error)
 {
     const size_t led = s->led, most = s->ranks ? AT_ONCE * s->ranks->count : 1;
     struct phys_random random;
     bool enough = false;
-    double *v = malloc(most * s->dof * sizeof *v);
+    double *v = malloc(2 * most * s->dof * sizeof *v);
     char *results = malloc(most * (sizeof(struct attempt) + s->n * sizeof *s->path));
     struct drawing drawing = {s, v};
     if (!v || !results)
@@ -236,11 +209,8 @@ static enum ad_status draw(struct phys_multistart *s, size_t starts, uint64_t se
          from < starts && error->status == AD_OK && !enough && phys_multistart_agree(s, error);
          from += n) {
         n = starts - from < most ? starts - from : most;
-        for (size_t j = 0; j < n; j++) {
-            double size = s->speed * pow(10, 2 * phys_random_uniform(&random) - 1);
-            for (size_t k = 0; k < s->dof; k++)
-                v[j * s->dof + k] = size * phys_random_normal(&random);
-        }
+        for (size_t j = 0; j < n; j++)
+            draw_start(s, &random, v + 2 * j * s->dof);
         draw_some(s, &drawing, from, n, led, results, &enough, error);
     }
     AD_FREE(v, results);
@@ -288,7 +258,7 @@ static enum ad_status begin_at_rest(struct phys_multistart *s, struct ad_error *
     for (size_t k = 0; k < s->dof; k++)
         for (size_t i = 0; i + 1 < s->slices; i++)
             s->path[k * s->slices + i] = s->given[k * s->slices];
-    return make_stationary(s, error);
+    return phys_multistart_settle(s, error);
 }
 
 static enum ad_status find_all(struct phys_multistart *s, size_t starts, uint64_t seed,
@@ -301,19 +271,20 @@ static enum ad_status find_all(struct phys_multistart *s, size_t starts, uint64_
     s->solutions->unseen = s->solutions->unseen_limit = (double)NAN;
     s->solutions->unseen_paths = s->solutions->unseen_paths_limit = (double)NAN;
     const bool whole = s->left == s->dof;
-    bool shots = whole && s->dof > 1 && s->dof <= PHYS_END_MAP_DOF;
+    bool shots = whole && s->dof > 1 && s->dof <= PHYS_END_MAP_DOF && !s->free;
     s->along[0] = s->along[s->dof] = 1;
-    if (!shots && (make_stationary(s, error) != AD_OK || begin_at_rest(s, error) != AD_OK))
+    if (!shots && (phys_multistart_settle(s, error) != AD_OK || begin_at_rest(s, error) != AD_OK))
         return error->status;
     if (!phys_multistart_goes_on(s))
         ; /* those so far */
     else if (shots)
         phys_multistart_shots(s, seed, error);
-    else if (s->left > 1)
+    else if (s->left > 1 || (s->free && !s->legendre))
         search(s, starts, seed, error);
-    else if (!whole ? phys_multistart_directions(s)
-                    : !phys_multistart_energies(s, error) && error->status == AD_OK)
-        sweep(s, error);
+    else if (!whole    ? phys_multistart_directions(s)
+             : s->free ? true
+                       : !phys_multistart_energies(s, error) && error->status == AD_OK)
+        phys_multistart_sweep(s, error);
     if (error->status != AD_OK)
         return error->status;
     phys_multistart_sort(s);
@@ -334,11 +305,15 @@ enum ad_status phys_path_all(const struct phys_system *system,
     if (settings->mesh)
         return ad_fail(error, AD_E_ARGUMENT,
                        "mesh: expected even slices in a search for all paths");
-    if (phys_free_ends(settings))
-        return ad_fail(error, AD_E_ARGUMENT, "all paths: expected both ends given, got free ones");
+    if (settings->ends && settings->ends->free_time)
+        return ad_fail(error, AD_E_ARGUMENT, "all paths: expected the end time, got a free one");
+    if (system->scene->constraint && phys_free_ends(settings))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "all paths: expected both ends given beside constraints, got free ones");
     struct phys_path_info unused;
-    if (system->scene->constraint &&
-        phys_path_check(&phys_solver_newton, system, settings, path, &unused, error) != AD_OK)
+    if (phys_ends_check(system, settings->ends, settings->slices, path, error) != AD_OK ||
+        (system->scene->constraint &&
+         phys_path_check(&phys_solver_newton, system, settings, path, &unused, error) != AD_OK))
         return error->status;
     struct phys_multistart s = {.system = system,
                                 .settings = *settings,
@@ -349,6 +324,7 @@ enum ad_status phys_path_all(const struct phys_system *system,
                                 .n = settings->rule->degree * system->dof * settings->slices,
                                 .ranks = settings->ranks,
                                 .asked = settings->proceed,
+                                .free = phys_free_ends(settings),
                                 .solutions = solutions};
     if (s.ranks && ad_ranks_check(s.ranks, error) != AD_OK)
         return error->status;
@@ -356,16 +332,22 @@ enum ad_status phys_path_all(const struct phys_system *system,
         s.settings.proceed = NULL;
     s.settings.energy_weight = 0;
     s.settings.steps = STEPS;
-    s.q = calloc(6 * s.dof + s.n, sizeof *s.q);
+    s.q = calloc(6 * s.dof + s.n + s.dof * s.slices, sizeof *s.q);
     if (!s.q)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     s.v = s.q + s.dof;
     s.y = s.v + s.dof;
     s.along = s.y + 2 * s.dof;
     s.path = s.along + 2 * s.dof;
-    if (phys_newton_new(&s.newton, system, &s.settings, NULL, error) == AD_OK &&
+    s.between = s.path + s.n;
+    const struct phys_ends *ends = settings->ends;
+    if (s.free && s.dof == 1 && !phys_end_moves(ends, 0, 0) && !ends->n_relations)
+        phys_legendre_new(system, &s.legendre, error);
+    if (error->status == AD_OK &&
+        phys_newton_new(&s.newton, system, &s.settings, NULL, error) == AD_OK &&
         phys_ode_lagrangian(system, &s.motion, error) == AD_OK)
         find_all(&s, starts, seed, error);
+    phys_legendre_free(s.legendre);
     phys_ode_free(&s.motion);
     phys_newton_free(&s.newton);
     free(s.q);

@@ -1,6 +1,6 @@
-/* Internals of the search for several stationary paths: starts (multistart.c), motions of one
-   coordinate by energy (multistart_energy.c), of two and three by velocity (multistart_shots.c),
-   solutions (solutions.c). */
+/* Internals of the search for several stationary paths: starts (multistart.c), of one coordinate by
+   velocity (multistart_sweep.c) and by energy (multistart_energy.c), of two and three by velocity
+   (multistart_shots.c), solutions (solutions.c). */
 #ifndef PHYSICS_PATH_ALL_MULTISTART_H
 #define PHYSICS_PATH_ALL_MULTISTART_H
 
@@ -21,7 +21,10 @@ struct phys_multistart {
     struct phys_ode motion;
     double speed, span; /* natural scales of velocity and of the path */
     double *q, *v, *y, *path;
-    double *along;              /* [2][dof] where one direction is left: that at either end */
+    double *along;           /* [2][dof] where one direction is left: that at either end */
+    double *between;         /* [dof x slices] whose ends a start is bent to: given, or its own */
+    bool free;               /* coordinates of the ends move ... */
+    phys_legendre *legendre; /* ... the last one of one alone: p(T) is swept; else NULL */
     struct phys_path_info info; /* of the last solution */
     size_t led;                 /* starts that led to a stationary path */
     bool taken;                 /* the last motion has a path of the grid */
@@ -36,6 +39,18 @@ bool phys_multistart_agree(struct phys_multistart *s, struct ad_error *error);
  * does.
  */
 enum ad_status phys_multistart_solve(struct phys_multistart *s, struct ad_error *error);
+/* From s->path, slices alone: Newton, and keeps the solution. */
+enum ad_status phys_multistart_settle(struct phys_multistart *s, struct ad_error *error);
+/* Puts the motion from s->q with velocity s->v into s->path, and its end into s->y; false if it is
+   lost. */
+bool phys_multistart_shoot(struct phys_multistart *s);
+/* Of coordinate k of that motion. */
+double phys_multistart_miss(const struct phys_multistart *s, size_t k);
+/* That motion, bent to what is given of the ends; false if it is lost or ends far away. */
+bool phys_multistart_begin(struct phys_multistart *s);
+/* One coordinate, or one direction that constraints leave: velocities up to `fastest` either way,
+   dense near zero, with zero among them. */
+enum ad_status phys_multistart_sweep(struct phys_multistart *s, struct ad_error *error);
 /* Keeps the solution in s->path, unless it is known. */
 enum ad_status phys_multistart_keep(struct phys_multistart *s, struct ad_error *error);
 /* Two and three coordinates: counts the motion from s->v as one that the grid does not resolve. */
