@@ -193,7 +193,7 @@ static void test_common_factors_are_found(void **state)
     term[3] = ad_mul(x[4], ad_mul(x[2], x[1]));
     y = ad_sub(ad_add(term[0], term[1]), ad_neg(ad_add(term[2], term[3])));
     assert_int_equal(ad_series_new(1, &y, 6, x, 3, &series), AD_OK);
-    assert_int_equal(ad_series_size(series), 6 + 3 + 2);
+    assert_int_equal(series->n, 6 + 3 + 2);
     ad_series_free(series);
     ad_tape_free(tape);
 }
