@@ -19,6 +19,7 @@ static const double STATIONARY =
     1e-6; /* a tolerance of the gradient that asks for more: no verdict */
 static const double TIGHT = 1e-13, LOOSE = 1e-12; /* of the motion, and to check it */
 static const double KNOWN = 0.1;  /* relative error allowed for the motion, of a distance */
+static const double SMALL = 1e-6; /* of a start's gradient */
 static const double SAME = 1e-6;  /* of the extent: two stationary paths of one grid are one */
 static const double AGREE = 1e-9; /* of the extent: and they are to that */
 static const double APART = 10;   /* errors of discretisation: a motion further away is another */
@@ -311,14 +312,15 @@ static bool has_its_ends(const struct search *s, const double *path)
     return has;
 }
 
-/* Where the motion is lost, and the solver ended by itself. */
+/* Where the motion is lost, and the solver ended by itself or where the gradient is small. */
 static enum ad_status find_singular(struct search *s, struct ad_error *error)
 {
     struct phys_path_found *found = s->found;
     struct ad_error lost = {0};
     const enum phys_stop stop = found->info.stop;
     const bool ended = stop == PHYS_STOP_TOLERANCE || stop == PHYS_STOP_ROUNDING ||
-                       (stop == PHYS_STOP_STALLED && !s->newton);
+                       (stop == PHYS_STOP_STALLED && !s->newton) ||
+                       found->info.grad_norm <= SMALL * found->info.start.grad_norm;
     if (!*found->no_motion || s->system->scene->constraint || !ended)
         return AD_OK;
     phys_path_is_singular(s->system, s->settings, s->path, &found->singular, &lost);
