@@ -48,10 +48,10 @@ void shell_clean(void);
 /* Path of a file in the work folder (valid until the next call). */
 const char *shell_path(const char *name);
 
-/* Shell commands that interrupt the process $pid once it has computed for a tenth of a second of
+/* Shell commands that interrupt the process $pid once it has computed for a fifth of a second of
    its own time, however long that takes, and return its status. */
 #define SHELL_INTERRUPT                                                                            \
-    "until read -r stat </proc/$pid/stat && set -- $stat && [ ${14} -ge 10 ]; do :; done; "        \
+    "until read -r stat </proc/$pid/stat && set -- $stat && [ ${14} -ge 20 ]; do :; done; "        \
     "kill -INT $pid; wait $pid"
 
 #if defined(__has_feature)
