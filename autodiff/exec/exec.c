@@ -34,14 +34,17 @@ struct tile ad_extent(const struct segment *g, uint32_t chunk)
     return t;
 }
 
-/* Zeroes the memory that the chunk accumulates into. */
-static void clear_sinks(const ad_program *p, const struct segment *g, const struct tile *chunk)
+/* Zeroes the memory that the chunk, or the calls of the segment, accumulate into. */
+static void clear_sinks(const ad_program *p, const struct segment *g, const struct tile *chunk,
+                        bool calls)
 {
     for (uint32_t k = 0; k < g->n_sinks; k++) {
         const struct sink *s = &p->sinks[g->first_sink + k];
         const struct loc *o = &p->locs[p->instructions[s->instruction].value];
         char *rows = chunk->base[o->base] + o->off;
         bool copies = g->by_rows && g->chunks > 1;
+        if (calls && s->begun)
+            continue;
         if (s->kind == DO_SUM)
             *sink_copy(p, s, chunk->chunk) = 0;
         else if (s->kind == DO_SUM_COLS)
@@ -61,7 +64,7 @@ static void clear_sinks(const ad_program *p, const struct segment *g, const stru
 void ad_run_range(const ad_program *p, const struct segment *g, const struct tile *range,
                   struct check *check)
 {
-    clear_sinks(p, g, range);
+    clear_sinks(p, g, range, false);
     struct tile t = *range;
     uint32_t row_end = range->row + range->rows, col_end = range->col + range->cols;
     for (t.row = range->row; t.row < row_end; t.row += g->tile_rows) {
@@ -110,7 +113,7 @@ static void run_calls(const ad_program *p, const struct segment *g)
     struct tile t = {.rows = g->rows, .cols = g->cols, .base = {p->memory, p->tiles}};
     const struct call *c = p->calls + g->first_call, *end = c + g->n_calls;
     if (g->n_sinks)
-        clear_sinks(p, g, &t);
+        clear_sinks(p, g, &t, true);
     for (; c < end; c++) {
         if (c->run) {
             c->run(c->n, c->o, c->a, c->b, c->c);

@@ -103,6 +103,7 @@ struct sink {
     uint8_t kind;
     uint32_t instruction;
     uint32_t rows, cols; /* of the result */
+    bool begun;          /* the calls of the segment store the first value of every row */
     size_t partial;      /* offset of the private copies of the chunks */
     size_t stride;       /* bytes of one copy */
 };

@@ -2,6 +2,8 @@
    where an operand is not contiguous within the tile. */
 #include "exec.h"
 
+#include <string.h>
+
 struct call ad_joined_call(const ad_program *p, const struct instruction *in, const struct tile *t,
                            uint32_t row)
 {
@@ -68,21 +70,33 @@ static void put(const ad_program *p, char *row, size_t i, double x)
         ((double *)(void *)row)[i] = x;
 }
 
+/* The rows of the tile follow each other without a gap. */
+static bool is_contiguous(const ad_program *p, const struct cursor *c, const struct tile *t)
+{
+    return t->rows > 1 && !c->list && c->step == t->cols * p->element;
+}
+
 /* Columns [t->col, t->col + t->cols) of scale*(x[i+1] - x[i]); a repeated last column is the one
-   before it again. */
+   before it again. Contiguous rows are one: only what their last columns hold is wrong. */
 static void diff(const ad_program *p, const struct instruction *in, const struct tile *t)
 {
     const struct cursor o = cursor_at(p, &p->locs[in->loc[0]], t);
     const struct cursor x = cursor_at(p, &p->locs[in->loc[1]], t);
+    const size_t e = p->element;
     bool last = in->loc[3] && t->col + t->cols == p->values[in->value].cols;
+    bool whole = last && is_contiguous(p, &o, t) && is_contiguous(p, &x, t);
     double scale = p->numbers[in->loc[2]];
+    if (whole)
+        p->kernels->diff((size_t)t->rows * t->cols - 1, o.start, x.start, scale);
     for (uint32_t r = 0; r < t->rows; r++) {
         const char *a = cursor_row(&x, r);
         char *y = cursor_row(&o, r);
-        p->kernels->diff(t->cols - last, y, a, scale);
-        if (last) /* reads before the tile where it is one column wide */
-            p->kernels->diff(1, y + (t->cols - 1) * p->element,
-                             a + ((ptrdiff_t)t->cols - 2) * (ptrdiff_t)p->element, scale);
+        if (!whole)
+            p->kernels->diff(t->cols - last, y, a, scale);
+        if (last && t->cols > 1)
+            memcpy(y + (t->cols - 1) * e, y + (t->cols - 2) * e, e);
+        else if (last) /* reads before the tile */
+            p->kernels->diff(1, y, a - e, scale);
     }
 }
 
@@ -92,16 +106,20 @@ static void diff_adjoint(const ad_program *p, const struct instruction *in, cons
 {
     const struct loc *x = &p->locs[in->loc[1]];
     const struct cursor o = cursor_at(p, &p->locs[in->loc[0]], t);
+    struct tile rows = *t; /* from their first column on */
+    rows.col = 0;
+    const struct cursor from_u = cursor_at(p, x, &rows);
     uint32_t width = p->values[in->value].cols, end = t->col + t->cols;
+    bool whole = t->cols == width && is_contiguous(p, &o, t) && is_contiguous(p, &from_u, t);
     double scale = p->numbers[in->loc[2]];
+    if (whole)
+        p->kernels->diff((size_t)t->rows * width - 1, o.start + p->element, from_u.start, -scale);
     for (uint32_t r = 0; r < t->rows; r++) {
-        const char *u =
-            t->base[x->base] + x->off +
-            (x->list ? p->lists[x->list - 1 + t->row + r] : t->row + r) * x->rs * p->element;
+        const char *u = cursor_row(&from_u, r);
         char *y = cursor_row(&o, r);
         double extra = in->loc[3] && end >= width - 1 ? element_at(p, u, width - 1) : 0;
         uint32_t from = t->col ? t->col : 1, to = end < width ? end : width - 1;
-        if (from < to)
+        if (from < to && !whole)
             p->kernels->diff(to - from, y + (from - t->col) * p->element,
                              u + (from - 1) * p->element, -scale);
         if (t->col == 0)

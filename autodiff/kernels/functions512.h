@@ -7,27 +7,26 @@
 enum { LANES512 = 8 };
 #define ALL512(x) _mm512_set1_pd(x)
 
-/* e, what is left of 1 - x y, is below 2^-13, or large or NaN where x is 0, infinite or so large or
-   small that 1/x is not normal. The last step rounds correctly, but for one argument in 2^31. */
-static inline __m512d quotient512(__m512d x, __mmask8 *slow)
+/* Reciprocals are NaN where the fast way does not serve. */
+static inline __mmask8 nan512(__m512d y) { return _mm512_cmp_pd_mask(y, y, _CMP_UNORD_Q); }
+
+static inline __m512d quotient512(__m512d x)
 {
-    const __m512d one = ALL512(1), y = _mm512_rcp14_pd(x), e = _mm512_fnmadd_pd(x, y, one);
-    const __m512d near = _mm512_fmadd_pd(y, _mm512_fmadd_pd(e, e, e), y);
-    *slow = _mm512_cmp_pd_mask(_mm512_abs_pd(e), ALL512(0x1p-13), _CMP_NLT_UQ);
-    return _mm512_fmadd_pd(near, _mm512_fnmadd_pd(x, near, one), near);
+    const __m512d y = _mm512_rcp14_pd(x), e = _mm512_fnmadd_pd(x, y, ALL512(1));
+    return _mm512_fmadd_pd(y, _mm512_fmadd_pd(_mm512_fmadd_pd(e, e, e), e, e), y);
 }
 
 static inline __m512d recip512(__m512d x)
 {
-    __mmask8 slow;
-    const __m512d y = quotient512(x, &slow);
+    const __m512d y = quotient512(x);
+    const __mmask8 slow = nan512(y);
     return slow ? _mm512_mask_div_pd(y, slow, ALL512(1), x) : y;
 }
 
 static inline __m512d recip0512(__m512d x)
 {
-    __mmask8 slow;
-    const __m512d y = quotient512(x, &slow);
+    const __m512d y = quotient512(x);
+    const __mmask8 slow = nan512(y);
     if (!slow)
         return y;
     const __mmask8 some = _mm512_cmp_pd_mask(x, _mm512_setzero_pd(), _CMP_NEQ_UQ);
