@@ -15,8 +15,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DOF = PHYS_END_MAP_DOF, COARSEST = 8, DEEPEST = 15, LOOKS = 300, LOOKING = 8 };
+enum { DOF = PHYS_END_MAP_DOF, DEEPEST = 15, LOOKS = 300, LOOKING = 8 };
 enum { AHEAD = 512 }; /* boxes for each of many ranks that are divided at once */
+
+/* Boxes across the speeds at first, of two and of three coordinates: beside fewer of them a box
+   with a steep root looks linear, and is left out. */
+enum { COARSEST = 16, COARSEST_THREE = 8 };
 
 static const double TOLERANCE = 1e-13; /* of the motions of a covering, per step */
 static const double NEGLIGIBLE = 1e-4; /* share of the velocities that ends a covering */
@@ -225,11 +229,12 @@ static void begin(struct cover *s, struct ad_error *error)
         memcpy(s->frame[k], rows + k * s->n, s->n * sizeof *rows);
         shift[k] = phys_random_uniform(&random);
     }
-    size_t across = COARSEST + 1, all = 1;
+    const size_t coarsest = s->n == 2 ? COARSEST : COARSEST_THREE, across = coarsest + 1;
+    size_t all = 1;
     for (size_t k = 0; k < s->n; k++)
         all *= across;
     for (size_t i = 0; i < all && error->status == AD_OK; i++) {
-        struct phys_end_box b = {.half = s->c->outer / COARSEST};
+        struct phys_end_box b = {.half = s->c->outer / (double)coarsest};
         size_t j = i;
         for (size_t k = 0; k < s->n; k++, j /= across)
             b.x[k] = -s->c->outer + b.half * (2 * ((double)(j % across) - shift[k]) + 1);

@@ -149,9 +149,9 @@ static void coverings_are_cheap(void **state)
     static const struct {
         phys_lagrangian *L;
         double stiffness, to[2], time, steps;
-    } cases[] = {{oscillator, 2, {-1, 0.5}, M_PI, 4908},
-                 {oscillator, 0.3, {0.4, 0.5}, 2, 1131},
-                 {pendulums, 0, {-0.4, 0.5}, 4, 9373}};
+    } cases[] = {{oscillator, 2, {-1, 0.5}, M_PI, 11436},
+                 {oscillator, 0.3, {0.4, 0.5}, 2, 3543},
+                 {pendulums, 0, {-0.4, 0.5}, 4, 15914}};
     const double from[] = {1, 0.2};
     (void)state;
     for (size_t c = 0; c < LENGTH(cases); c++) {
@@ -208,7 +208,9 @@ static void claims_hold_where_the_number_is_known(void **state)
     const size_t problems = asked_for ? strtoul(asked_for, NULL, 10) : 4;
     size_t complete = 0, wrong = 0, saturated = 0;
     (void)state;
-    for (uint64_t k = 0; k < problems; k++) {
+    static const uint64_t steep[] = {195, 69}; /* where boxes may hide all roots, and some */
+    for (uint64_t p = 0; p < problems; p++) {
+        const uint64_t k = p < LENGTH(steep) ? steep[p] : p;
         double ends[4], time = 5 + fmod(0.7 * (double)k, 2.9);
         for (size_t i = 0; i < 4; i++)
             ends[i] = 1.5 * sin(1.7 * (double)k + 2.3 * (double)i + 0.4);
