@@ -252,6 +252,9 @@ struct hnn_drive {
     enum ad_status (*at)(void *context, double t, double *u, struct ad_error *error);
     void *context; /* of the caller; outlives its use by the model */
     bool constant; /* no input but the time depends on t */
+    /* Of hnn_system_drive: records input k at times t [1 x n], [1 x n]; tape NULL: it is a
+       parameter of the scene. */
+    ad_var (*record)(void *context, size_t k, ad_var t);
 };
 /* From now on the model's motions have these inputs; NULL: none, or the time alone. Copied. */
 void hnn_model_drive(hnn_model *model, const struct hnn_drive *drive);
@@ -278,6 +281,11 @@ enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_e
    lattice. */
 enum ad_status hnn_system_open(const char *name, struct phys_system *system,
                                struct ad_error *error);
+/* From now on the inputs that drive->record gives take the place of parameters of the scene, in
+   what is recorded of its L; NULL: none do. Copied; its context outlives the system. AD_E_ARGUMENT
+   for scenes that are no models with inputs. */
+enum ad_status hnn_system_drive(struct phys_system *system, const struct hnn_drive *drive,
+                                struct ad_error *error);
 /* The model of such a system, which owns it; NULL: another scene. */
 hnn_model *hnn_system_model(const struct phys_system *system);
 

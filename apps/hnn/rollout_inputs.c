@@ -91,7 +91,7 @@ enum ad_status rollout_give_inputs(struct rollout_run *run, struct rollout_model
         in->column = in->source == HNN_INPUT_COLUMN ? column++ : 0;
     }
     const struct hnn_drive drive = {hnn_inputs_at, &m->inputs,
-                                    hnn_inputs_constant(&m->inputs, s->inputs)};
+                                    hnn_inputs_constant(&m->inputs, s->inputs), NULL};
     if (error->status != AD_OK)
         return error->status;
     if (s->kind == HNN_LAGRANGIAN && !hnn_inputs_constant(&m->inputs, s->inputs - s->controls))

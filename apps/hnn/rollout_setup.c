@@ -109,7 +109,7 @@ enum ad_status rollout_add_model(struct rollout_model models[], size_t *n, const
     m->motion = (struct hnn_latent_motion){NAN, NAN, NAN, NAN, HNN_MOTION_AS_DATA};
     if (!model && hnn_model_load(file, &m->model, error) != AD_OK)
         return error->status;
-    const struct hnn_drive drive = {hnn_inputs_at, &m->inputs, false};
+    const struct hnn_drive drive = {hnn_inputs_at, &m->inputs, false, NULL};
     if (hnn_model_settings(m->model)->inputs)
         hnn_model_drive(m->model, &drive); /* for rollout_give_inputs */
     if (hnn_model_settings(m->model)->kind == HNN_SYMPNET)

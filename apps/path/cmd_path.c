@@ -204,6 +204,8 @@ static const struct option table[] = {
      AT(start)},
     {"end", "ENDS", OPTION_INPUT, NULL,
      "the other, or the last row of FILE.csv; theta=1+2pi winds once [the motion's]", AT(end)},
+    {"inputs", "TABLE", OPTION_INPUT, NULL,
+     "of a model with inputs: those that --set does not give, over the column t", AT(inputs)},
     {"relate", "EQUATIONS", OPTION_TEXT, NULL,
      "linear relations between the ends, 'x(T)=-x(0)+1,y(0)=2*x(0)'; what --start and --end do not "
      "name is free, and momenta keep the natural conditions",

@@ -8,6 +8,7 @@
 #include "apps/output/plot.h"
 #include "apps/output/progress.h"
 #include "apps/output/report.h"
+#include "apps/scene_inputs.h"
 #include "physics/ephemeris/horizons.h"
 #include "physics/motion/motion.h"
 #include "physics/physics.h"
@@ -17,6 +18,7 @@ struct path_options {
     struct common common;
     const char *solver, *rule, *init, *reference, *preset;
     const char *start, *end, *time;   /* the ends, and the time between them ... */
+    const char *inputs;               /* of a model */
     const char *relate;               /* ... and relations between them */
     const char *follow;               /* --continue */
     const char *data, *from, *bodies; /* of the ephemeris */
@@ -45,6 +47,7 @@ struct path_record {
 struct path_run {
     const struct path_options *options;
     struct phys_system system;
+    struct scene_inputs inputs;
     const struct phys_preset *preset; /* NULL: none asked for */
     const struct phys_solver *solver;
     struct phys_path_settings settings;

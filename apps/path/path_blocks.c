@@ -18,13 +18,14 @@ bool path_by_blocks(const struct path_options *options)
 
 enum ad_status path_blocks_check(const struct path_options *options, struct ad_error *error)
 {
-    return options_refuse(&options->common,
-                          "preset data from days dims bodies reference stop-at-reference tol "
-                          "continue all energy energy-loss energy-weight ends hold noise every "
-                          "plot",
-                          "does not go with ranks, nor with --blocks; leave it out, or take one "
-                          "process",
-                          error);
+    return options_refuse(
+        &options->common,
+        "preset inputs data from days dims bodies reference stop-at-reference tol "
+        "continue all energy energy-loss energy-weight ends hold noise every "
+        "plot",
+        "does not go with ranks, nor with --blocks; leave it out, or take one "
+        "process",
+        error);
 }
 
 static size_t rank_of(const struct path_run *run)

@@ -158,7 +158,10 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
         return error->status;
     if (hnn_system_open(options->common.argument[0], &run->system, error) != AD_OK ||
         choose_preset(options, run, error) != AD_OK ||
-        set_parameters(options, run, error) != AD_OK || path_continuation(run, error) != AD_OK)
+        set_parameters(options, run, error) != AD_OK ||
+        scene_inputs_read(&options->common, options->inputs, &run->system, &run->inputs, error) !=
+            AD_OK ||
+        path_continuation(run, error) != AD_OK)
         return error->status;
     choose_solver(options, run, error);
     const char *rule = run->preset && !is_exact(run)                                ? "left+repeat"
@@ -190,4 +193,5 @@ void path_run_free(struct path_run *run)
     phys_path_found_free(&run->found);
     AD_FREE(run->given, run->moves, run->relation, run->reference, run->start, run->path);
     phys_system_close(&run->system);
+    scene_inputs_free(&run->inputs);
 }

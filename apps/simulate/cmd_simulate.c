@@ -103,7 +103,8 @@ static enum ad_status setup(const struct simulate_options *o, struct simulate_ru
     *run = (struct simulate_run){.options = o};
     if (check(o, error) != AD_OK ||
         hnn_system_open(o->common.argument[0], &run->system, error) != AD_OK ||
-        phys_system_set_all(&run->system, o->common.set.n, o->common.set.setting, error) != AD_OK)
+        phys_system_set_all(&run->system, o->common.set.n, o->common.set.setting, error) != AD_OK ||
+        scene_inputs_read(&o->common, o->inputs, &run->system, &run->inputs, error) != AD_OK)
         return error->status;
     const struct phys_scene *scene = run->system.scene;
     run->settings = (struct phys_motion_settings){
@@ -130,6 +131,7 @@ static void release(struct simulate_run *run)
     simulate_periodic_free(run);
     free(run->crossings);
     phys_system_close(&run->system);
+    scene_inputs_free(&run->inputs);
 }
 
 /* ---- the run ---- */
@@ -281,6 +283,8 @@ static const struct option table[] = {
     {"event", "QUANTITY=VALUE", OPTION_TEXTS, NULL, "when it crosses it, see below; repeatable",
      AT(events)},
     {"until", "QUANTITY=VALUE", OPTION_TEXT, NULL, "the same, and the run ends there", AT(until)},
+    {"inputs", "TABLE", OPTION_INPUT, NULL,
+     "of a model with inputs: those that --set does not give, over the column t", AT(inputs)},
     {"section", "QUANTITY=VALUE", OPTION_TEXT, NULL,
      "the states where it crosses it: what --csv, --out and --plot have", AT(section)},
     {"section-axes", "A,B", OPTION_TEXT, NULL,

@@ -8,6 +8,7 @@
 #include "apps/output/learnt.h"
 #include "apps/output/plot.h"
 #include "apps/output/report.h"
+#include "apps/scene_inputs.h"
 #include "physics/ephemeris/models.h"
 #include "physics/gas/order.h"
 #include "physics/io/hdf5_file.h"
@@ -18,7 +19,7 @@
 struct simulate_options {
     struct common common;
     const char *integrator, *data, *from, *rough, *until, *section, *section_axes, *by, *ensemble,
-        *hold, *follow;
+        *hold, *follow, *inputs;
     struct texts events;
     double dt, tolerance, time, horizon, periodic;
     size_t every, samples, days, lyapunov, mode;
@@ -46,6 +47,7 @@ struct simulate_section {
 struct simulate_run {
     const struct simulate_options *options;
     struct phys_system system;
+    struct scene_inputs inputs;
     struct phys_motion_settings settings;
     struct phys_crossing *crossings; /* [settings.n_crossings] */
     struct simulate_section section;

@@ -23,6 +23,7 @@ struct learnt {
     char *file, (*name)[NAME];
     const char **coordinates;
     struct phys_param *params;
+    struct hnn_drive drive; /* of hnn_system_drive; record NULL: none */
     double centre[HNN_LATTICE_MOST], width[HNN_LATTICE_MOST]; /* of p in training */
 };
 struct params {
@@ -92,14 +93,18 @@ static ad_var transformed(const struct at *a)
     return ad_sub(ad_sum_rows(ad_mul(p, v)), hamiltonian(a, p));
 }
 
-/* Rows of the inputs: the time, then parameters of the scene. */
+/* Rows of the inputs: the time, what drives the scene, or its parameters. */
 static ad_var inputs(const struct params *p, ad_var q, ad_var t)
 {
     const hnn_model *model = p->of->model;
+    const struct hnn_drive *drive = &p->of->drive;
     ad_var row[HNN_INPUTS_MOST] = {t};
-    for (size_t k = model->settings.time; k < model->settings.inputs; k++)
-        row[k] = ad_add(ad_mul(0.0, ad_row(q, 0)),
-                        phys_param(p->start + hnn_states(model) + k - model->settings.time));
+    for (size_t k = model->settings.time; k < model->settings.inputs; k++) {
+        row[k] = drive->record ? drive->record(drive->context, k, t) : (ad_var){0};
+        if (!row[k].tape)
+            row[k] = ad_add(ad_mul(0.0, ad_row(q, 0)),
+                            phys_param(p->start + hnn_states(model) + k - model->settings.time));
+    }
     return ad_concat_rows(model->settings.inputs, row);
 }
 
@@ -128,7 +133,7 @@ static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)
 }
 
 /* Those inputs, for what is measured of the model itself. */
-static enum ad_status drive(void *context, double t, double *u, struct ad_error *error)
+static enum ad_status inputs_at(void *context, double t, double *u, struct ad_error *error)
 {
     const struct params *p = context;
     const hnn_model *model = p->of->model;
@@ -287,10 +292,25 @@ enum ad_status hnn_system_open(const char *name, struct phys_system *system, str
     }
     ((struct params *)system->params)->of = l;
     if (l->model->settings.inputs)
-        l->model->drive = (struct hnn_drive){drive, system->params, true};
+        l->model->drive = (struct hnn_drive){inputs_at, system->params, true, NULL};
     system->library = l;
     system->close = learnt_free;
     return error->status;
+}
+
+enum ad_status hnn_system_drive(struct phys_system *system, const struct hnn_drive *drive,
+                                struct ad_error *error)
+{
+    static const struct hnn_drive none = {0};
+    if (AD_LACKS(error, system))
+        return error->status;
+    hnn_model *model = hnn_system_model(system);
+    if (!model || !model->settings.inputs || (drive && !(drive->at && drive->record)))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "inputs of a scene: expected a model that has some, and what gives them");
+    ((struct learnt *)system->library)->drive = drive ? *drive : none;
+    model->drive = drive ? *drive : (struct hnn_drive){inputs_at, system->params, true, NULL};
+    return AD_OK;
 }
 
 hnn_model *hnn_system_model(const struct phys_system *system)

@@ -43,6 +43,34 @@ enum ad_status hnn_inputs_at(void *context, double t, double *u, struct ad_error
     return AD_OK;
 }
 
+/* A sum over rows of steps, or of changes of slope, that begin there: [rows x n]. */
+ad_var hnn_inputs_record(void *context, size_t k, ad_var t)
+{
+    const struct hnn_inputs *s = context;
+    if (!s || !t.tape || k >= s->n || s->input[k].source != HNN_INPUT_COLUMN)
+        return (ad_var){0};
+    const struct hnn_path *table = s->table;
+    size_t rows = table->n;
+    double *part = malloc(rows * sizeof *part);
+    if (!part)
+        return ad_refuse(t.tape, AD_E_MEMORY, "out of memory");
+    const double *u = table->u + s->input[k].column, first = *u;
+    double before = s->hold ? first : 0, begin = table->t[0], end = table->t[rows - 1];
+    for (size_t i = 0; i < rows; i++, u += table->inputs) {
+        double next = i + 1 < rows ? (u[table->inputs] - *u) / (table->t[i + 1] - table->t[i]) : 0;
+        double now = s->hold ? *u : i + 1 < rows ? next : before;
+        part[i] = now - before;
+        before = now;
+    }
+    ad_var since = ad_sub(t, ad_const(t.tape, rows, 1, table->t));
+    ad_var on = s->hold ? ad_ge(since, 0) : ad_relu(since);
+    ad_var sum = ad_matmul(ad_const(t.tape, 1, rows, part), false, on, false);
+    free(part);
+    double room = slack * (end - begin);
+    ad_var inside = ad_mul(ad_sub(t, begin - room), ad_sub(end + room, t));
+    return ad_add(ad_add(sum, first), ad_mul(0.0, ad_sqrt(inside)));
+}
+
 bool hnn_inputs_constant(const struct hnn_inputs *inputs, size_t n)
 {
     for (size_t k = 0; inputs && k < n && k < inputs->n; k++)

@@ -60,6 +60,9 @@ struct hnn_inputs {
 };
 /* u [n] at t. AD_E_INPUT before the first row of the table and after the last. */
 enum ad_status hnn_inputs_at(void *inputs, double t, double *u, struct ad_error *error);
+/* Input k at times t [1 x n] on a tape, for hnn_drive.record: of columns of the table, NaN before
+   its first row and after the last; of others tape NULL. */
+ad_var hnn_inputs_record(void *inputs, size_t k, ad_var t);
 /* Whether the first n of them, but for the time, are the same throughout. */
 bool hnn_inputs_constant(const struct hnn_inputs *inputs, size_t n);
 /* Reads columns of a table over time, names as in hnn_dataset_settings: path has t and u alone.

@@ -180,6 +180,7 @@ static void touched(int signal)
     X(hnn_inputs_read, hnn_inputs_read(P, P, P, O, e))                                             \
     X(hnn_model_ode, hnn_model_ode(P, O, e))                                                       \
     X(hnn_system_open, hnn_system_open(P, O, e))                                                   \
+    X(hnn_system_drive, hnn_system_drive(P, P, e))                                                 \
     X(hnn_model_mass, hnn_model_mass(P, 1, P, O, e))                                               \
     X(hnn_path_mass, hnn_path_mass(P, P, O, e))                                                    \
     X(hnn_model_encode, hnn_model_encode(P, 1, P, P, e))                                           \

@@ -152,7 +152,7 @@ static void compare_motions(hnn_model *model, const double *x0)
     bool momenta = hnn_model_settings(model)->kind == HNN_HAMILTONIAN;
     hnn_times(0, 2, N, t);
     const struct hnn_rollout_settings how = {.size = sizeof how, .rtol = 1e-13, .n = N, .t = t};
-    hnn_model_drive(model, &(struct hnn_drive){drive, NULL, true});
+    hnn_model_drive(model, &(struct hnn_drive){drive, NULL, true, NULL});
     assert_int_equal(hnn_model_ode(model, &own, &error), AD_OK);
     assert_int_equal(hnn_rollout(&own, &how, x0, &a, NULL, &error), AD_OK);
     double velocity[N][2];
@@ -252,6 +252,55 @@ static void test_inputs(void **state)
     free(x);
 }
 
+/* A control by a table, linear or held: accelerations of the scene are the model's own; none
+ * beyond. */
+static void test_table(void **state)
+{
+    (void)state;
+    static double t[] = {0, 0.4, 0.5, 1.3}, u[] = {0.7, -0.4, 1.1, 0.2};
+    const struct hnn_path table = {.n = 4, .t = t, .inputs = 1, .u = u};
+    struct hnn_settings s = hnn_defaults(HNN_LAGRANGIAN, 1);
+    s.hidden[0] = s.hidden[1] = 5;
+    s.precision = AD_F64;
+    s.inputs = 3;
+    s.controls = 1;
+    s.time = true;
+    for (int hold = 0; hold < 2; hold++) {
+        struct ad_error error = {0};
+        struct hnn_inputs inputs = {
+            .n = 3,
+            .table = &table,
+            .hold = hold,
+            .input = {{HNN_INPUT_TIME, 0, 0}, {HNN_INPUT_VALUE, 0.7, 0}, {HNN_INPUT_COLUMN, 0, 0}}};
+        const struct hnn_drive by = {hnn_inputs_at, &inputs, false, hnn_inputs_record};
+        hnn_model *model = small_model(&s), *same = small_model(&s);
+        struct phys_ode own, scene;
+        struct phys_system system = as_scene(model);
+        hnn_model_drive(same, &by);
+        assert_int_equal(phys_system_set(&system, "u2", 0.7, &error), AD_OK);
+        assert_int_equal(hnn_system_drive(&system, &by, &error), AD_OK);
+        assert_int_equal(hnn_model_ode(same, &own, &error), AD_OK);
+        assert_int_equal(phys_ode_lagrangian(&system, &scene, &error), AD_OK);
+        for (size_t k = 0; k < 14; k++) {
+            double at = k < 4 ? t[k] : 0.13 * (double)(k - 4), y[] = {0.3, -0.6}, a[2], b[2];
+            assert_int_equal(own.field(own.context, at, y, a, &error), AD_OK);
+            assert_int_equal(scene.field(scene.context, at, y, b, &error), AD_OK);
+            assert_close(b[1], a[1], 1e-12, 1e-12);
+        }
+        assert_true(scene.field(scene.context, 1.31, (double[]){0.3, -0.6}, (double[2]){0},
+                                &error) == AD_E_NONFINITE);
+        error = (struct ad_error){0};
+        assert_null(hnn_inputs_record(&inputs, 1, (ad_var){0}).tape);
+        phys_ode_free(&own);
+        phys_ode_free(&scene);
+        phys_system_close(&system);
+        hnn_model_free(same);
+        assert_int_equal(phys_system_open("spring", &system, &error), AD_OK);
+        assert_int_equal(hnn_system_drive(&system, &by, &error), AD_E_ARGUMENT);
+        phys_system_close(&system);
+    }
+}
+
 /* Variations need third derivatives of L: against two motions that start apart. */
 static void test_variations(void **state)
 {
@@ -335,8 +384,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_closed_form), cmocka_unit_test(test_motions),
-        cmocka_unit_test(test_inputs),      cmocka_unit_test(test_variations),
-        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_inputs),      cmocka_unit_test(test_table),
+        cmocka_unit_test(test_variations),  cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

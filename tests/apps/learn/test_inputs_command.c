@@ -131,16 +131,21 @@ static void scene(void **state)
         drift[k] = strtod(shell_out(), NULL);
     }
     assert_true(fabs(drift[1] - drift[0]) > 1e-6);
+    shell_works("$LA simulate m.h5 --set g=1.5 --inputs d.csv --time 0.2 --no-reference --csv - "
+                "--samples 1 --quiet | tail -1 | cut -d, -f2");
+    double by_table = strtod(shell_out(), NULL);
+    assert_true(by_table != drift[0] && fabs(by_table - drift[0]) < fabs(drift[1] - drift[0]));
+    refused("simulate m.h5 --set g=1 --set u=0 --inputs d.csv", "--inputs --set");
+    refused("simulate spring --inputs d.csv", "--inputs model");
+    refused("simulate m.h5 --inputs no.csv", "no.csv");
     shell_works("$LA simulate m.h5 --scan u=-1:1:3 --time 0.1 --no-reference");
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup(who_gives, setup),
-        cmocka_unit_test_setup(pictures, setup),
-        cmocka_unit_test_setup(scene, setup),
-        cmocka_unit_test_setup(lagrangian, setup),
+        cmocka_unit_test_setup(who_gives, setup),       cmocka_unit_test_setup(pictures, setup),
+        cmocka_unit_test_setup(scene, setup),           cmocka_unit_test_setup(lagrangian, setup),
         cmocka_unit_test_setup(what_is_refused, setup),
     };
     return cmocka_run_group_tests_name("inputs_command", tests, shell_setup, shell_teardown);

@@ -276,7 +276,7 @@ static void test_motion_by_table(void **state)
         hnn_model *model = oscillator(how == 2);
         struct hnn_inputs inputs = {.n = 1, .table = &table, .hold = how == 1};
         inputs.input[0].source = HNN_INPUT_COLUMN;
-        struct hnn_drive drive = {hnn_inputs_at, &inputs, hnn_inputs_constant(&inputs, 1)};
+        struct hnn_drive drive = {hnn_inputs_at, &inputs, hnn_inputs_constant(&inputs, 1), NULL};
         struct ad_error error = {0};
         struct phys_ode ode;
         struct hnn_path path;
