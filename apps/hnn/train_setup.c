@@ -201,13 +201,6 @@ static enum ad_status make_model(struct train_run *run, struct ad_error *error)
     return note_all(run, error);
 }
 
-/* What looks at all samples at once: the check of velocities, the differences of lattices, and
-   models of unknown kind. */
-static bool shares(const struct train_options *o)
-{
-    return !o->from && strcmp(o->model, "lnn") != 0 && strcmp(o->lattice, hnn_lattices[0]) == 0;
-}
-
 static enum ad_status read_data(struct train_run *run, struct ad_error *error)
 {
     const struct train_options *o = run->options;
@@ -234,7 +227,7 @@ static enum ad_status read_data(struct train_run *run, struct ad_error *error)
                                      .seed = o->common.seed,
                                      .inputs = o->inputs,
                                      .controls = o->controls,
-                                     .ranks = shares(o) ? o->common.ranks : NULL};
+                                     .ranks = o->common.ranks};
     if (hnn_dataset_read(&s, &run->data, error) == AD_OK) {
         run->train = run->data.train;
         run->test = run->data.test;

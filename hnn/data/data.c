@@ -69,6 +69,19 @@ static void add_moments(void *context, size_t k, double *sum)
     }
 }
 
+/* Squares of q_next - q of all sites: of a ring, and between walls. */
+static void add_squares_apart(void *context, size_t k, double *sum)
+{
+    const struct hnn_dataset *data = context;
+    const size_t held = hnn_samples_held(&data->train), last = data->dof - 1;
+    const double *q = data->train.x + k;
+    double inside = 0;
+    for (size_t site = 0; site < last; site++)
+        inside += pow(q[(site + 1) * held] - q[site * held], 2);
+    sum[0] += inside + pow(q[0] - q[last * held], 2);
+    sum[1] += inside + pow(q[last * held], 2);
+}
+
 /* A component that never changes keeps its unit. */
 static double positive(double size) { return size > 0 ? size : 1; }
 
@@ -102,6 +115,11 @@ static enum ad_status measure_scales(const struct hnn_dataset_settings *s,
         }
     }
     free(mean);
+    if (error->status == AD_OK && hnn_samples_sum(s->ranks, train, 2, add_squares_apart, dataset,
+                                                  dataset->apart, error) == AD_OK)
+        for (size_t k = 0; k < 2; k++)
+            dataset->apart[k] =
+                positive(sqrt(dataset->apart[k] / (double)(train->n * dataset->dof)));
     return error->status;
 }
 
@@ -119,19 +137,6 @@ static void rates_of_rollouts(const struct hnn_dataset *data, double *rate)
     }
 }
 
-/* Root mean square of q_next - q over the training samples and sites. */
-static double size_of_differences(const struct hnn_dataset *data, enum hnn_lattice lattice)
-{
-    const size_t held = hnn_samples_held(&data->train), n = data->dof;
-    double sum = 0;
-    for (size_t k = 0; k < n; k++) {
-        const double *q = data->train.x + k * held, *next = k + 1 < n ? q + held : data->train.x;
-        for (size_t i = 0; i < held; i++)
-            sum += pow((k + 1 == n && lattice == HNN_FIXED_ENDS ? 0 : next[i]) - q[i], 2);
-    }
-    return positive(sqrt(sum / (double)(n * held)));
-}
-
 enum ad_status hnn_dataset_normalise(const struct hnn_dataset *data, hnn_model *model,
                                      struct ad_error *error)
 {
@@ -144,7 +149,7 @@ enum ad_status hnn_dataset_normalise(const struct hnn_dataset *data, hnn_model *
     double *centre = rate + states, *scale = centre + rows + 1;
     memcpy(centre, data->centre, rows * sizeof *centre);
     memcpy(scale, data->scale, rows * sizeof *scale);
-    scale[rows] = size_of_differences(data, hnn_model_settings(model)->lattice);
+    scale[rows] = data->apart[hnn_model_settings(model)->lattice == HNN_FIXED_ENDS];
     if (!data->rate)
         rates_of_rollouts(data, rate);
     hnn_model_normalise(model, centre, scale, data->rate ? data->rate : rate, error);

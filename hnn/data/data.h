@@ -95,6 +95,7 @@ struct hnn_dataset {
     struct hnn_samples train, test; /* x [2n + m (rollout + 1) x train.n]; test.n may be 0 */
     double *centre, *scale;         /* [2n + m] of train.x: means and standard deviations */
     double *rate;                   /* [2n]: root mean squares of the rates; NULL for rollouts */
+    double apart[2];                /* root mean squares of q_next - q: of a ring, between walls */
     double dt;                      /* of a rollout's steps, the median */
     size_t trials;                  /* trajectories in the file */
     bool trials_by_time;            /* distinguished by a time that decreases */

@@ -30,18 +30,18 @@ static bool steps_are_positive(const struct hnn_training *s, const struct hnn_sa
 }
 
 /* Samples of which this rank holds a part. */
-static enum ad_status check_share(const hnn_model *model, const struct hnn_training *s,
-                                  const struct hnn_samples *samples, struct ad_error *error)
+static enum ad_status check_share(const struct hnn_training *s, const struct hnn_samples *samples,
+                                  struct ad_error *error)
 {
     size_t begin, end;
     if (!samples->end)
         return AD_OK;
     hnn_samples_share(s->ranks, samples->n, &begin, &end);
     end = end ? end : samples->n;
-    if (model->settings.kind == HNN_LAGRANGIAN || s->rollout || s->loss || samples->frames)
+    if (s->rollout || s->loss || samples->frames)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "Lagrangian models, rollouts, losses of one's own and frames: expected all "
-                       "samples on every rank, got %zu to %zu",
+                       "rollouts, losses of one's own and frames: expected all samples on every "
+                       "rank, got %zu to %zu",
                        samples->begin, samples->end);
     if (samples->begin > begin || samples->end < end || samples->end > samples->n)
         return ad_fail(error, AD_E_ARGUMENT,
@@ -119,8 +119,8 @@ enum ad_status hnn_training_check(const hnn_model *model, const struct hnn_train
     if (!s->optimiser) /* not found: `error` may say so already */
         return ad_fail(error, AD_E_ARGUMENT, "training without an optimiser");
     if (check_samples(pixels, train, test, error) != AD_OK ||
-        check_share(model, s, train, error) != AD_OK ||
-        check_share(model, s, test, error) != AD_OK || check_numbers(s, train->n, error) != AD_OK)
+        check_share(s, train, error) != AD_OK || check_share(s, test, error) != AD_OK ||
+        check_numbers(s, train->n, error) != AD_OK)
         return error->status;
     const struct {
         bool wrong;

@@ -17,7 +17,7 @@ struct job {
     const char *name;
     const char *file[MOST]; /* of each rank */
     struct hnn_dataset_settings data;
-    size_t batch;
+    size_t kind, batch; /* of small_kinds */
     struct path out;
     struct hnn_dataset read[MOST];
     struct ad_error error[MOST];
@@ -30,7 +30,7 @@ static void work(void *context, struct ad_ranks *ranks)
     struct ad_error *error = &j->error[rank];
     struct hnn_dataset *data = &j->read[rank];
     struct hnn_dataset_settings settings = j->data;
-    struct hnn_settings net = small_settings(&small_kinds[1], 1, 3);
+    struct hnn_settings net = small_settings(&small_kinds[j->kind], 1, 3);
     struct hnn_training training = hnn_training_defaults();
     hnn_model *model = NULL;
     hnn_trainer *trainer = NULL;
@@ -127,11 +127,37 @@ static void test_shares(void **state)
     write_files(ROWS, &csv, &hdf5);
     for (int of = 0; of < 4; of++) {
         struct job job = {
-            .name = of % 2 ? "HDF5" : "CSV", .data = data, .batch = of < 2 ? 0 : 5003};
+            .name = of % 2 ? "HDF5" : "CSV", .kind = 1, .data = data, .batch = of < 2 ? 0 : 5003};
         job.data.split = of % 2 ? HNN_SPLIT_RANDOM : HNN_SPLIT_TAIL;
         for (size_t k = 0; k < MOST; k++)
             job.file[k] = of % 2 ? hdf5.text : csv.text;
         check(&job);
+    }
+}
+
+/* Lagrangian models look at the velocities of all samples first. */
+static void test_velocities(void **state)
+{
+    (void)state;
+    struct path hdf5 = files_temporary("data.h5");
+    write_files(ROWS, NULL, &hdf5);
+    struct job job = {.name = "lnn",
+                      .kind = 7,
+                      .data = {.size = sizeof job.data, .state = "1,2", .rate = "3,4"},
+                      .file = {hdf5.text, hdf5.text, hdf5.text, hdf5.text},
+                      .batch = 5003};
+    job.data.test_fraction = 0.3;
+    check(&job);
+    job.data.state = "1,4"; /* dp/dt is no velocity */
+    job.data.rate = "3,2";
+    struct job alone = job;
+    work(&alone, NULL);
+    with_ranks(MOST, work, &job);
+    assert_mentions(alone.error[0].message, "times the rate of q1");
+    hnn_dataset_free(&alone.read[0]);
+    for (size_t k = 0; k < MOST; k++) {
+        assert_string_equal(job.error[k].message, alone.error[0].message);
+        hnn_dataset_free(&job.read[k]);
     }
 }
 
@@ -174,6 +200,7 @@ static void test_damaged(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_shares),
+                                       cmocka_unit_test(test_velocities),
                                        cmocka_unit_test(test_damaged)};
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }
