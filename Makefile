@@ -79,7 +79,7 @@ TESTS    := $(TEST_SRC:%.c=$(BUILD)/%)
 LONG     := $(addprefix $(BUILD)/tests/,autodiff/native/test_native_fuzz autodiff/native/test_native_structures \
               autodiff/native/test_native_loops autodiff/programs/test_random_programs \
               apps/bench/test_charts apps/bench/test_chart_motions apps/path/test_path_steep \
-              physics/path/test_path_all_kepler physics/path/test_path_covering stability/test_networks)
+              physics/path/test_path_all_kepler physics/path/test_path_all_lambert physics/path/test_path_covering stability/test_networks)
 FUZZERS  := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
 HELP_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(filter-out $(wildcard tests/*/test_*.c tests/*/*/test_*.c tests/fuzz/*.c \
               tests/apps/scenes/*.c tests/abi/*.c),$(wildcard tests/*.c tests/*/*.c tests/*/*/*.c)))

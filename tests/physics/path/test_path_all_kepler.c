@@ -2,6 +2,7 @@
    the grid alone are rejected. */
 #include "physics/path/grid_independence.h"
 #include "physics/path/newton.h"
+#include "tests/physics/path/lambert.h"
 #include "tests/physics/published.h"
 #include "tests/close.h"
 
@@ -116,33 +117,10 @@ static void a_false_path_is_not_confirmed(void **state)
     phys_system_close(&kepler);
 }
 
-/* Energies of Lambert's motions in a time between r1 and r2 at distance c, s half the sum of all
-   three, by Lagrange: T = a^1.5 (2 pi turns + alpha - sin alpha - (beta - sin beta)), with
-   sin^2(alpha / 2) = s / 2a, sin^2(beta / 2) = (s - c) / 2a, beta of either sign. */
-static size_t lambert(double s, double c, double time, double *energy)
-{
-    enum { STEPS = 20000, TURNS = 8 };
-    size_t n = 0;
-    for (int turns = 0; turns < TURNS; turns++)
-        for (int sign = -1; sign <= 1; sign += 2) {
-            double before = (double)NAN;
-            for (int k = 1; k < STEPS; k++) {
-                double alpha = 2 * M_PI * k / STEPS, a = s / 2 / pow(sin(alpha / 2), 2);
-                double beta = sign * 2 * asin(sqrt((s - c) / 2 / a));
-                double T =
-                    pow(a, 1.5) * (2 * M_PI * turns + alpha - sin(alpha) - (beta - sin(beta)));
-                if ((T < time) != (before < time) && !isnan(before))
-                    energy[n++] = -0.5 / a;
-                before = T;
-            }
-        }
-    return n;
-}
-
 /* H1: all of Lambert's motions, of several turns and in both directions. */
 static void every_motion_of_lambert(void **state)
 {
-    enum { SLICES = 101, MOST = 40 };
+    enum { SLICES = 101 };
     static const struct {
         double time;
         size_t n;
@@ -157,13 +135,13 @@ static void every_motion_of_lambert(void **state)
                                               .slices = SLICES,
                                               .dt = cases[c].time / (SLICES - 1),
                                               .learning_rate = 1};
-        double path[4 * 2 * SLICES], energy[MOST], apart = hypot(1.5, 1.2);
+        double path[4 * 2 * SLICES], energy[LAMBERT_MOST], apart = hypot(1.5, 1.2);
         for (size_t i = 0; i < SLICES; i++) {
             path[i] = 1 - 1.5 * (double)i / (SLICES - 1);
             path[SLICES + i] = 1.2 * (double)i / (SLICES - 1);
         }
         phys_rule_interpolate(settings.rule, 2, SLICES, path);
-        size_t n = lambert((1 + 1.3 + apart) / 2, apart, cases[c].time, energy);
+        size_t n = lambert_energies((1 + 1.3 + apart) / 2, apart, cases[c].time, energy);
         assert_int_equal(n, cases[c].n);
         struct phys_solutions all;
         phys_path_all(&kepler, &settings, path, 1, 1, &all, &error);
