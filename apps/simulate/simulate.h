@@ -21,7 +21,7 @@ struct simulate_options {
     const char *integrator, *data, *from, *rough, *until, *section, *section_axes, *by, *ensemble,
         *hold, *follow, *inputs;
     struct texts events;
-    double dt, tolerance, time, horizon, periodic;
+    double dt, tolerance, time, horizon, periodic, cross;
     size_t every, samples, days, lyapunov, mode;
     bool no_reference, reverse, sensitivity, choreography;
 };

@@ -72,6 +72,13 @@ enum ad_status simulate_family(struct simulate_run *run, const double *x, double
                                        .proceed = run->settings.proceed};
     struct phys_family *family = &run->family;
     struct ad_error cause = {0};
+    const double cross = option_number_or(run->options->cross, 0);
+    how.cross = fabs(cross) <= PHYS_BRANCHES_MOST ? (int)cross : 0;
+    if (!isnan(run->options->cross) && (how.cross == 0 || how.cross != cross))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "--cross: expected the number of a branch point, 1 or more, or negative for "
+                       "its other side, got %g",
+                       cross);
     if (read_hold(run, &how.hold, error) != AD_OK)
         return error->status;
     if (phys_family_follow(&run->system, &how, family, &cause) != AD_OK)

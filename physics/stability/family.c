@@ -148,6 +148,7 @@ static enum ad_status follow(struct family_run *run, struct family_point *a, str
     const size_t most = run->settings->steps ? run->settings->steps : STEPS;
     const double begin = a->value, way = run->settings->to - begin;
     double length = first_step;
+    bool crossed = run->crossed;
     phys_family_point_copy(run, a, first);
     family->end = PHYS_FAMILY_STEPS;
     for (size_t k = 0; k < most && error->status == AD_OK; k++) {
@@ -155,7 +156,18 @@ static enum ad_status follow(struct family_run *run, struct family_point *a, str
         if (!find_step(run, a, &length, b, &lost))
             return lose(run, &lost, error);
         phys_family_test(run, a);
-        if (phys_family_mark_between(run, a, b, length, &lost))
+        const bool ends = phys_family_mark_between(run, a, b, length, &lost);
+        if (!run->crossed && lost.status == AD_OK && phys_family_cross(run, a, &lost) != AD_OK)
+            return lose(run, &lost, error);
+        if (run->crossed && !crossed) {
+            crossed = true;
+            settle(run, a, error);
+            phys_family_point_copy(run, a, first);
+            family->end = PHYS_FAMILY_STEPS;
+            length = first_step;
+            continue;
+        }
+        if (ends)
             return AD_OK;
         const bool returned = (b->value - begin) * way < -1e-9 * way * way;
         if (returned || is_first_again(run, first, a, b)) {
@@ -193,6 +205,9 @@ static enum ad_status check_numbers(const struct phys_system *system,
         return ad_fail(error, AD_E_ARGUMENT, "%s to %g: expected a number", s->along, s->to);
     if (s->hold < PHYS_HOLD_NOTHING || s->hold > PHYS_HOLD_PRODUCT)
         return ad_fail(error, AD_E_ARGUMENT, "hold = %d: no such choice", (int)s->hold);
+    if (s->cross < -PHYS_BRANCHES_MOST || s->cross > PHYS_BRANCHES_MOST)
+        return ad_fail(error, AD_E_ARGUMENT, "cross = %d: expected -%d to %d", s->cross,
+                       PHYS_BRANCHES_MOST, PHYS_BRANCHES_MOST);
     for (size_t i = 0; i < 2 * system->dof; i++)
         if (!isfinite(s->x[i]))
             return ad_fail(error, AD_E_ARGUMENT, "x[%zu] = %g; expected a finite start", i,
@@ -344,7 +359,10 @@ enum ad_status phys_family_follow(const struct phys_system *system,
         phys_refuse_constraints(system, "families of periodic motions", error) != AD_OK ||
         check_numbers(system, settings, error) != AD_OK)
         return error->status;
-    struct family_run run = {.settings = settings, .family = family, .tolerance = FAMILY_FINE};
+    struct family_run run = {.settings = settings,
+                             .family = family,
+                             .tolerance = FAMILY_FINE,
+                             .crossed = settings->cross == 0};
     struct family_point a = {0}, b = {0}, first = {0};
     run.along = strcmp(settings->along, "energy") == 0   ? ALONG_ENERGY
                 : strcmp(settings->along, "period") == 0 ? ALONG_PERIOD
@@ -355,6 +373,11 @@ enum ad_status phys_family_follow(const struct phys_system *system,
             ad_fail(error, AD_E_MEMORY, "out of memory");
         else if (begin(&run, &a, &b, error) == AD_OK)
             follow(&run, &a, &b, &first, error);
+        if (error->status == AD_OK && !run.crossed && family->end != PHYS_FAMILY_LOST) {
+            family->end = PHYS_FAMILY_LOST;
+            snprintf(family->lost, sizeof family->lost, "fewer than %d branch points to cross at",
+                     abs(settings->cross));
+        }
     }
     phys_family_point_free(&a);
     phys_family_point_free(&b);

@@ -4,7 +4,8 @@
    The family is followed by its arc length (Keller, in Applications of Bifurcation Theory, 1977;
    with conserved quantities: Munoz-Almaraz, Freire, Galan, Doedel, Vanderbauwhede, Physica D 181,
    2003), the phase fixed. Where more than one family leads on, as symmetries and further conserved
-   quantities have it, it is the shortest way.
+   quantities have it, it is the shortest way, or, where that is asked for, along the null vector of
+   the equations across it.
 
    Units are the scene's. Errors: AD_E_MEMORY, and those named. Threads: calls may run at once, on
    one system, too. */
@@ -22,6 +23,8 @@ enum phys_family_hold {
     PHYS_HOLD_PRODUCT /* of period and parameter: a drive of that frequency */
 };
 
+enum { PHYS_BRANCHES_MOST = 1000 };
+
 struct phys_family_settings {
     size_t size;     /* sizeof(struct phys_family_settings) */
     const double *x; /* [2 dof] q, v near the first motion, ... */
@@ -33,6 +36,9 @@ struct phys_family_settings {
     /* With a parameter: of a conservative system its energy or period, of a driven one its period
        or the product; else nothing. */
     enum phys_family_hold hold;
+    int cross;                      /* k: it goes on along the family that crosses at the k-th
+                                       PHYS_MARK_BRANCH, -k: to its other side; 0: past them all.
+                                       PHYS_FAMILY_LOST where there are fewer */
     size_t steps;                   /* at most; 0: 500 */
     bool (*proceed)(void *context); /* as in phys_simulation */
     void *context;

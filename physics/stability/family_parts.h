@@ -41,6 +41,7 @@ struct family_run {
     struct phys_family *family;
     enum family_along along;
     bool timeless, symplectic;
+    bool crossed;                     /* as the settings want it */
     size_t d, rows, columns, trivial; /* trivial: multipliers that are 1 all along */
     double tolerance;                 /* of motions */
     double held, power;               /* value held; unit of energies */
@@ -66,6 +67,10 @@ void phys_family_value_slope(struct family_run *run, const double *u, double *sl
 enum ad_status phys_family_correct(struct family_run *run, const struct family_point *base,
                                    const double *row, double along, struct family_point *to,
                                    double *moved, struct ad_error *error);
+/* Goes from a, before the k-th branch point, to a motion of the family that crosses there, if it
+   was marked by now: run->crossed. The members after it are removed. (family_cross.c) */
+enum ad_status phys_family_cross(struct family_run *run, struct family_point *a,
+                                 struct ad_error *error);
 /* Adds the member of a point, by phys_periodic_find from there: closure, multipliers. */
 enum ad_status phys_family_add(struct family_run *run, const struct family_point *p,
                                enum phys_family_mark mark, double uncertainty,
