@@ -42,8 +42,7 @@ static const char *const lines[] = {
     "path pendulum --slices 12 --rule gauss2 --blocks --csv b.csv --quiet",
     "path pendulum --continue g=9.81:12 --tol 1e-3 --quiet",
     "path brachistochrone --slices 12 --json",
-    "simulate kepler --samples 5 --event x=0 --out a.h5 --csv a.csv --plot a.html --reverse "
-    "--quiet",
+    "simulate kepler --samples 5 --event x=0 --out a.h5 --csv a.csv --plot a.html --reverse",
     "simulate kepler --ensemble starts.csv --time 1 --samples 4 --event x=0 --csv all.csv --quiet",
     "simulate kepler --integrator verlet --dt .1 --time 1 --no-reference --json",
     "simulate kepler --integrator gauss3 --dt .1 --time 1 --no-reference --json",
