@@ -60,6 +60,13 @@ bool ad_native(ad_program *program, double runs, struct ad_error *note);
    program and on what the cache knows of its machine code alone, so that the same work gives the
    same bits. */
 void ad_native_lazy(ad_program *program);
+/* As ad_native, on all ranks (ranks.h) or on none, as rank 0 decides for the same program: machine
+   code rounds otherwise than the interpreter, so that results are the same bits on any number of
+   ranks only where `runs` does not depend on a rank's share. Before the first ad_run; where it may
+   be machine code, rank 0 runs it once, with whatever its inputs are. */
+struct ad_ranks;
+enum ad_status ad_native_ranks(struct ad_ranks *ranks, ad_program *program, double runs,
+                               struct ad_error *error);
 /* For the handler of a signal that ends the process: removes the files of unfinished compilations.
  */
 void ad_native_abandon(void);

@@ -2,6 +2,7 @@
 #include "native.h"
 #include "autodiff/clock.h"
 #include "autodiff/free.h"
+#include "autodiff/ranks.h"
 
 #include <dlfcn.h>
 #include <math.h>
@@ -261,6 +262,12 @@ void ad_native_lazy(ad_program *p)
 
 /* ---- whether it is faster, measured once ---- */
 
+static void interpret(struct state *state)
+{
+    ad_native_free(state->native);
+    state->native = NULL;
+}
+
 /* CPU time of what machine code replaces among segments [first, last). A run behind this computes
    all that it leaves in memory anew. */
 static double seconds_of(const ad_program *p, const struct segment *segments, size_t first,
@@ -298,8 +305,7 @@ static void choose(ad_program *p, struct state *state, bool again, size_t first,
         return;
     ad_native_mark_slow(native->key);
     note_slow(&state->why);
-    ad_native_free(state->native);
-    state->native = NULL;
+    interpret(state);
 }
 
 /* Adds the seconds that machine code would have saved, and compiles once they exceed the cost. */
@@ -327,4 +333,37 @@ const char *ad_native_note(const ad_program *p)
            : (state && state->native) || has_native_steps(p) ? ""
            : state && *state->why.message                    ? state->why.message
                                                              : "machine code was not requested";
+}
+
+/* ---- ranks ---- */
+
+/* Goes back to the interpreter where a rank has no machine code. */
+static enum ad_status keep_common(struct ad_ranks *ranks, ad_program *p, struct ad_error *error)
+{
+    struct state *state = p->back_end_state;
+    const bool mine = state && state->native;
+    double all = mine;
+    for (size_t k = 0; k < p->n_scans && error->status == AD_OK; k++)
+        keep_common(ranks, ad_step_program(p, k), error);
+    if (error->status == AD_OK && ad_ranks_least(ranks, 1, &all, error) == AD_OK && all < mine) {
+        ad_fail(&state->why, AD_E_ARGUMENT, "another rank has no machine code");
+        interpret(state);
+    }
+    return error->status;
+}
+
+enum ad_status ad_native_ranks(struct ad_ranks *ranks, ad_program *p, double runs,
+                               struct ad_error *error)
+{
+    if (AD_LACKS(error, p) || (ranks && ad_ranks_check(ranks, error) != AD_OK))
+        return error->status;
+    const bool decides = !ranks || ranks->rank == 0;
+    bool native = decides && ad_native(p, runs, NULL);
+    if (native)
+        ad_run(p); /* and measures */
+    if (ad_ranks_broadcast(ranks, 0, &native, sizeof native, error) != AD_OK || !native)
+        return error->status;
+    if (!decides)
+        ad_native(p, INFINITY, NULL);
+    return keep_common(ranks, p, error);
 }

@@ -74,6 +74,7 @@ static void touched(int signal)
     X(ad_ranks_least, ad_ranks_least(P, 1, P, e))                                                  \
     X(ad_ranks_agree, (ad_ranks_agree(NULL, e), ad_ranks_check(P, e)))                             \
     X(ad_ranks_same, ad_ranks_same(P, P, P, e))                                                    \
+    X(ad_native_ranks, ad_native_ranks(P, NULL, 1, e))                                             \
     X(ad_ranks_sum, ad_ranks_sum(P, 1, 1, NULL, P, P, e))                                          \
     X(ad_ranks_deal, ad_ranks_deal(P, 1, 1, NULL, P, P, e))                                        \
     X(phys_system_open, phys_system_open(P, O, e))                                                 \

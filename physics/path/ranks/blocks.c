@@ -11,6 +11,7 @@
 
 /* Elements of a block, at most and at least, and blocks that paths of few elements have. */
 enum { LONGEST = 128, SHORTEST = 4, SHARES = 64 };
+enum { PASSES = 4 }; /* over a path by Newton's method, about */
 
 struct phys_blocks phys_blocks_of(size_t elements)
 {
@@ -93,8 +94,20 @@ static enum ad_status allocate(struct phys_ranked_path *p, bool second, struct a
                 : phys_derivatives_first_new(of, p->system, points, error)) == AD_OK)
         phys_hessian_over(&p->hessian, of, s->rule, p->blocks.length + 1, s->dt, error);
     p->hessian.own = of;
-    if (error->status == AD_OK && s->native)
-        phys_derivatives_native(of);
+    return error->status;
+}
+
+/* Machine code by the work of the whole path, not of this rank's share, and from the first block
+   on, as it rounds otherwise than the interpreter. */
+static enum ad_status choose_code(struct phys_ranked_path *p, struct ad_error *error)
+{
+    const struct phys_derivatives *of = p->hessian.of;
+    const double passes = of->second ? PASSES : (double)p->settings->steps;
+    const double runs = passes * (double)p->blocks.count;
+    if (!p->settings->native)
+        return AD_OK;
+    if (ad_native_ranks(p->ranks, of->first, runs, error) == AD_OK && of->second)
+        ad_native_ranks(p->ranks, of->second, runs * (double)of->coupling.colours, error);
     return error->status;
 }
 
@@ -120,7 +133,7 @@ enum ad_status phys_ranked_new(struct phys_ranked_path *p, struct ad_ranks *rank
         p->first = share.first;
         allocate(p, second, error);
     }
-    return ad_ranks_agree(ranks, error);
+    return ad_ranks_agree(ranks, error) == AD_OK ? choose_code(p, error) : error->status;
 }
 
 void phys_ranked_free(struct phys_ranked_path *p)

@@ -2,6 +2,7 @@
 #include "tests/native.h"
 #include "tests/autodiff/programs/world.h"
 #include "tests/mentions.h"
+#include "tests/ranks.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -176,10 +177,57 @@ static void test_slower_is_not_taken(void **state)
     ad_tape_free(tape);
 }
 
+/* Rank by rank the same: on all where all can, on none where one has nothing to compile. */
+struct ranked {
+    bool lacks; /* rank 2: its machine code */
+    bool native[3];
+    double value[3];
+    struct ad_error error[3];
+};
+
+static void run_ranked(void *context, struct ad_ranks *ranks)
+{
+    enum { N = 16 };
+    struct ranked *r = context;
+    const size_t k = ranks->rank;
+    double at[N];
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, N, 1, "x"), y = ad_dot(x, ad_sin(x));
+    if (r->lacks && k == 2)
+        y = ad_matmul(x, true, x, false);
+    ad_program *p = compile(tape, 1, &y);
+    for (size_t i = 0; i < N; i++)
+        at[i] = 0.1 * (double)i;
+    ad_native_ranks(ranks, p, k == 0 ? 1e9 : 1, &r->error[k]);
+    ad_set(p, x, at);
+    ad_run(p);
+    ad_get(p, y, &r->value[k]);
+    r->native[k] = !*ad_native_note(p);
+    ad_program_free(p);
+    ad_tape_free(tape);
+}
+
+static void test_ranks_agree(void **state)
+{
+    (void)state;
+    native_need_compiler();
+    for (int lacks = 0; lacks < 2; lacks++) {
+        struct ranked r = {.lacks = lacks};
+        with_ranks(3, run_ranked, &r);
+        for (size_t k = 0; k < 3; k++) {
+            assert_int_equal(r.error[k].status, AD_OK);
+            assert_int_equal(r.native[k], !lacks);
+        }
+        assert_true(r.value[0] == r.value[1] && r.value[0] > 0);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_few_runs), cmocka_unit_test(test_in_time),
+        cmocka_unit_test(test_few_runs),
+        cmocka_unit_test(test_in_time),
+        cmocka_unit_test(test_ranks_agree),
         cmocka_unit_test(test_large_programs_stay_interpreted),
         cmocka_unit_test(test_slower_is_not_taken), /* last: changes CC */
     };
