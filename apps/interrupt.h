@@ -2,8 +2,9 @@
    behind.
 
    SIGINT and SIGTERM end the process at once, unless a run is active that stops in order: the first
-   signal then sets a flag, and ends the process if the run has not come to its results 0.7 s later;
-   a second one, half a second later or more, ends it at once. SIGHUP, SIGPIPE, SIGQUIT and SIGXCPU
+   signal then sets a flag, and ends the process if the run has not come to its results 0.7 s later,
+   or up to 8 s later where the process has had less than 0.35 s of CPU time since; a second one,
+   half a second later or more, ends it at once. SIGHUP, SIGPIPE, SIGQUIT and SIGXCPU
    end it at once. A file size limit (SIGXFSZ) is a failed write. A crash while HDF5 reads a file is
    an error of that file, exit status 2. */
 #ifndef APPS_INTERRUPT_H
