@@ -10,6 +10,7 @@
 
 static const double ALIKE = 1e-9; /* relative difference of energies and actions of images */
 static const double SAME = 1e-6;  /* relative difference of two solutions that are one */
+static const double ZERO = 1e-9;  /* of the span: smaller coordinates may be rounding */
 
 double phys_multistart_apart(size_t n, const double *a, const double *b)
 {
@@ -51,10 +52,24 @@ static void solution_free(struct phys_solution *solution)
     phys_spectrum_free(&solution->spectrum);
 }
 
+/* Newton's method leaves rest at 0 an extent, of rounding alone. False: zero leads nowhere. */
+static bool settle_zero(struct phys_multistart *s, struct ad_error *error)
+{
+    double largest = 0;
+    for (size_t k = 0; k < s->dof * s->slices; k++)
+        largest = fmax(largest, fabs(s->path[k]));
+    if (largest == 0 || largest > ZERO * s->span)
+        return true;
+    memset(s->path, 0, s->n * sizeof *s->path);
+    return phys_newton_settle(&s->newton, s->path, &s->info, error);
+}
+
 enum ad_status phys_multistart_keep(struct phys_multistart *s, struct ad_error *error)
 {
     const struct phys_path_info *info = &s->info;
-    double energy = info->energy_mean;
+    if (!settle_zero(s, error))
+        return error->status;
+    const double energy = info->energy_mean;
     if (is_known(s, energy, info->action))
         return AD_OK;
     struct phys_solutions *all = s->solutions;

@@ -176,12 +176,29 @@ static void a_linear_relation_leaves_one_path(void **state)
     phys_system_close(&system);
 }
 
+/* Newton's method leaves it coordinates of 1e-168, which are nothing but rounding. */
+static void rest_at_zero_between_free_ends(void **state)
+{
+    const struct phys_ends free_ends = {.size = sizeof free_ends, .free = {free_one, free_one}};
+    struct phys_system system = opened(oscillator, 1);
+    struct phys_solutions all;
+    (void)state;
+    search(&system, &free_ends, (double[]){1, 1}, 2, &all);
+    assert_int_equal(all.n, 1);
+    assert_int_equal(all.unresolved, 0);
+    assert_true(all.solution[0].largest == 0);
+    assert_int_equal(all.solution[0].spectrum.index, 1);
+    phys_solutions_free(&all);
+    phys_system_close(&system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_motion_to_a_free_end),
         cmocka_unit_test(random_starts_find_true_motions),
         cmocka_unit_test(a_linear_relation_leaves_one_path),
+        cmocka_unit_test(rest_at_zero_between_free_ends),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
