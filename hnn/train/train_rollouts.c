@@ -51,7 +51,8 @@ static ad_var squares(const struct rollout *o, ad_var at)
 
 /* ---- free starts ---- */
 
-/* Of Gauss's and Newton's method, and the length of its differences in units of the states. */
+/* Of Gauss's and Newton's method, damped as by Levenberg and Marquardt, and the length of its
+   differences in units of the states. */
 enum { ROUNDS = 4 };
 static const double little = 1e-2;
 
@@ -61,12 +62,12 @@ static ad_var all_squares(const struct rollout *o, ad_var at)
 }
 
 /* How the states of a motion change with its start, by differences: rows of 1 + sum J^T J, in units
-   of the states; an estimate, which the method needs no better. */
-static ad_var matrix(const struct rollout *o, ad_var unit)
+   of the states, the diagonal times 1 + damping; an estimate, which the method needs no better. */
+static ad_var matrix(const struct rollout *o, ad_var unit, ad_var here, ad_var damping)
 {
     size_t m = hnn_states(o->model);
-    ad_var at[2 * HNN_STARTS_MOST], here = start(o), J[2 * HNN_STARTS_MOST],
-                                    row[4 * HNN_STARTS_MOST * HNN_STARTS_MOST];
+    ad_var at[2 * HNN_STARTS_MOST], J[2 * HNN_STARTS_MOST],
+        row[4 * HNN_STARTS_MOST * HNN_STARTS_MOST];
     double e[2 * HNN_STARTS_MOST] = {0};
     for (size_t i = 0; i < m; i++) {
         e[i] = 1;
@@ -86,11 +87,13 @@ static ad_var matrix(const struct rollout *o, ad_var unit)
             for (size_t j = 0; j < m; j++)
                 row[i * m + j] = ad_add(row[i * m + j], ad_sum_rows(ad_mul(J[i], J[j])));
     }
+    for (size_t i = 0; i < m; i++)
+        row[i * m + i] = ad_mul(row[i * m + i], ad_add(damping, 1.0));
     return ad_detach(ad_concat_rows(m * m, row));
 }
 
 /* The start of the nearest motion. The loss is least there, so that its derivative by the
-   parameters is that at a fixed start. */
+   parameters is that at a fixed start. A round that does not lessen it is repeated, damped. */
 static ad_var nearest(const struct rollout *o)
 {
     size_t m = hnn_states(o->model);
@@ -98,13 +101,19 @@ static ad_var nearest(const struct rollout *o)
     for (size_t k = 0; k < m; k++)
         ones[k] = 1;
     const double *scale = o->model->scaling.scale;
-    ad_var unit = ad_const(o->x.tape, m, 1, scale ? scale : ones), M = matrix(o, unit);
-    ad_var at = start(o);
+    ad_var unit = ad_const(o->x.tape, m, 1, scale ? scale : ones);
+    ad_var at = start(o), F = all_squares(o, at), damping = ad_mul(0.0, ad_row(at, 0)), g = at;
+    ad_grad(F, 1, &at, &g);
     for (size_t k = 0; k < ROUNDS; k++) {
-        ad_var g = at, F = all_squares(o, at);
-        ad_grad(F, 1, &at, &g);
+        ad_var M = matrix(o, unit, at, damping);
         ad_var by = ad_solve(M, ad_mul(0.5 * (double)m, ad_mul(unit, g)), AD_LU);
-        at = ad_detach(ad_sub(at, ad_mul(unit, by)));
+        ad_var to = ad_detach(ad_sub(at, ad_mul(unit, by))), there = all_squares(o, to), slope = to;
+        ad_grad(there, 1, &to, &slope);
+        ad_var less = ad_lt(there, F);
+        at = ad_detach(ad_select(less, to, at));
+        g = ad_select(less, slope, g);
+        F = ad_select(less, there, F);
+        damping = ad_select(less, ad_mul(0.1, damping), ad_add(ad_mul(10.0, damping), 0.1));
     }
     return at;
 }

@@ -118,6 +118,47 @@ static void test_least(void **state)
     }
 }
 
+/* Turns whose speed grows with the radius: H = w (q^2 + p^2)^2/4. */
+static ad_var whirl(void *context, ad_var parameters, ad_var x)
+{
+    (void)context;
+    return ad_mul(ad_mul(0.25, parameters), ad_square(ad_sum_rows(ad_square(x))));
+}
+
+/* Noise of a fifth of the states, where undamped steps of the method go astray. */
+static void test_far(void **state)
+{
+    (void)state;
+    static const double speed = 3, unit[2] = {1, 1};
+    const struct hnn_network network = {
+        .name = "whirl", .size = 1, .start = &speed, .record = whirl};
+    struct hnn_training training = hnn_training_defaults();
+    struct hnn_settings s = hnn_defaults(HNN_HAMILTONIAN, 1);
+    s.precision = AD_F64;
+    s.network = &network;
+    training.rollout = STEPS;
+    training.free_starts = true;
+    hnn_model *model = small_model(&s);
+    for (uint64_t seed = 1; seed < 9; seed++) {
+        double *noise = small_values(seed, 2 * (STEPS + 1), SAMPLES), values[SAMPLES];
+        double x[2 * SAMPLES], to[3 * STEPS * SAMPLES];
+        for (size_t i = 0; i < SAMPLES; i++)
+            for (size_t k = 0; k <= STEPS; k++)
+                for (size_t r = 0; r < 2; r++) {
+                    double *at = k ? to + 2 * (k - 1) * SAMPLES : x;
+                    at[r * SAMPLES + i] = cos(0.6 * (double)k + M_PI / 2 * (double)r) +
+                                          0.2 * noise[(2 * k + r) * SAMPLES + i];
+                }
+        for (size_t k = 0; k < STEPS * SAMPLES; k++)
+            to[2 * STEPS * SAMPLES + k] = 0.2;
+        losses(model, &training, x, to, values);
+        for (size_t k = 0; k < SAMPLES; k++)
+            assert_close(values[k], least(&(struct sample){model, x, to, k}, unit), 1e-4, 0);
+        free(noise);
+    }
+    hnn_model_free(model);
+}
+
 static void test_gradient(void **state)
 {
     (void)state;
@@ -218,9 +259,8 @@ static void test_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_least),
-        cmocka_unit_test(test_gradient),
-        cmocka_unit_test(test_noise),
+        cmocka_unit_test(test_least),    cmocka_unit_test(test_far),
+        cmocka_unit_test(test_gradient), cmocka_unit_test(test_noise),
         cmocka_unit_test(test_refused),
     };
     return cmocka_run_group_tests_name("free starts", tests, NULL, NULL);
