@@ -326,6 +326,10 @@ static void report_diagnosis(const struct simulate_run *run, struct report *repo
     simulate_report_sensitivity(run, report);
     report_number(report, "mass_condition", NULL, NULL,
                   d->mass_condition > 0 ? d->mass_condition : (double)NAN);
+    report_number(report, "stiff_rate", NULL, rate, d->stiff.rate > 0 ? d->stiff.rate : NAN);
+    report_number(report, "stiff_dt", NULL, scene->time_unit,
+                  d->stiff.rate > 0 ? d->stiff.dt : NAN);
+    report_count(report, "stiff_evaluations", NULL, d->stiff.evaluations);
     for (size_t k = 0; k < d->n_warnings; k++)
         warnings[k] = d->warning[k];
     report_texts(report, "warnings", d->n_warnings, warnings);

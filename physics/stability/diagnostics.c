@@ -1,5 +1,5 @@
 /* Diagnostics of a motion (diagnostics.h). */
-#include "diagnostics.h"
+#include "internal.h"
 #include "autodiff/sized.h"
 #include "autodiff/free.h"
 
@@ -220,6 +220,8 @@ enum ad_status phys_motion_diagnose(const struct phys_motion_settings *settings,
     if (m->system->bodies <= PHYS_MOTION_FEW) {
         if (!m->integrator->adaptive)
             judge_steps(m, d);
+        else if (complete)
+            phys_judge_stiffness(settings, m, d);
         judge_mass(m, d);
     }
     judge_energy(m, d, complete);

@@ -14,12 +14,22 @@ AD_HEADER_BEGIN
 
 enum { PHYS_DIAGNOSIS_WARNINGS = 8 };
 
+/* A motion whose forces are faster than itself, and steps of gauss3 that follow it. */
+struct phys_stiffness {
+    double rate;        /* fastest of the forces, at some samples; 0: the motion is not stiff */
+    double times;       /* the motion's own, |a| / |v|: geometric mean */
+    double dt;          /* of gauss3 */
+    size_t evaluations; /* that it took */
+    double distance;    /* of its coordinates from this motion, largest */
+};
+
 struct phys_diagnosis {
     size_t n_warnings;
     char warning[PHYS_DIAGNOSIS_WARNINGS][512];
     double mass_condition; /* a lower bound of that of L_vv along the motion; 0: not looked at */
     bool has_horizon;
     struct phys_lyapunov chaos;
+    struct phys_stiffness stiff; /* adaptive methods */
     double error_before; /* largest distance from the reference before the horizon; NaN: unknown */
 };
 
