@@ -30,7 +30,7 @@ static ad_var recorded(ad_tape *tape, const struct custom *c, ad_var x, ad_var y
 }
 
 /* (df/dx)' g. */
-static ad_var adjoint(ad_tape *tape, uint32_t number, ad_var x, ad_var y, ad_var g, bool tainted)
+static ad_var adjoint(ad_tape *tape, uint32_t number, ad_var x, ad_var y, ad_var g)
 {
     const struct custom c = tape->customs[number]; /* recording may move the others */
     if (c.by.adjoint)
@@ -39,8 +39,7 @@ static ad_var adjoint(ad_tape *tape, uint32_t number, ad_var x, ad_var y, ad_var
                                              .cols = (uint32_t)ad_cols(x),
                                              .in = {x.id, y.id, g.id},
                                              .aux = number});
-    ad_var slope = recorded(tape, &c, x, y, g);
-    return tainted ? ad_select(ad_sum_rows(ad_ne(g, 0.0)), slope, 0.0) : slope;
+    return recorded(tape, &c, x, y, g);
 }
 
 /* The recorded adjoint of node n, in copies of x and g. */
@@ -70,7 +69,7 @@ static ad_var along(ad_tape *tape, uint32_t number, ad_var x, ad_var y, ad_var t
         ad_var g = ad_broadcast(ad_const(tape, rows, 1, unit), rows, cols);
         unit[i] = 0;
         row[i] = ad_sum_rows(ad_binary(tainted ? AD_OP_mul0 : AD_OP_mul,
-                                       AD_ARG(adjoint(tape, number, x, y, g, false)), AD_ARG(t)));
+                                       AD_ARG(adjoint(tape, number, x, y, g)), AD_ARG(t)));
     }
     if (row && unit)
         result = rows == 1 ? row[0] : ad_concat_rows(rows, row);
@@ -80,7 +79,9 @@ static ad_var along(ad_tape *tape, uint32_t number, ad_var x, ad_var y, ad_var t
 
 void ad_custom_rule(struct sweep *s, const struct node *n, ad_var y, ad_var g)
 {
-    ad_accumulate(s, n->in[0], adjoint(s->tape, n->aux, sweep_var(s, n->in[0]), y, g, s->tainted));
+    ad_var slope = adjoint(s->tape, n->aux, sweep_var(s, n->in[0]), y, g);
+    ad_accumulate(s, n->in[0],
+                  s->tainted ? ad_select(ad_sum_rows(ad_ne(g, 0.0)), slope, 0.0) : slope);
 }
 
 void ad_custom_adjoint_rule(struct sweep *s, const struct node *n, ad_var g)
@@ -108,7 +109,7 @@ ad_var ad_custom_tangent(const struct node *n, ad_var y, const ad_var t[3], bool
     if (n->op == AD_OP_custom)
         return t[0].id ? along(tape, n->aux, x, y, t[0], tainted) : t[0];
     if (!t[0].id)
-        return t[2].id ? adjoint(tape, n->aux, x, ad_at(tape, n->in[1]), t[2], tainted) : t[2];
+        return t[2].id ? adjoint(tape, n->aux, x, ad_at(tape, n->in[1]), t[2]) : t[2];
     ad_var slope = in_copies(tape, n, copy);
     size_t moves = 0;
     for (size_t k = 0; k < 2; k++)
