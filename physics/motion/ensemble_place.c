@@ -87,11 +87,9 @@ static bool take_sample(void *context, double t, const double *y)
     const size_t dof = e->dof;
     if (m->n < e->n_times && t == e->t[m->n]) { /* else where an event ends the motion */
         double *x = m->x + 2 * dof * m->n;
-        if (phys_ode_leave(&m->ode, t, y, x, x + dof, &place->solving.lost) != AD_OK)
-            return false;
-        m->n++;
+        m->n += phys_ode_leave(&m->ode, t, y, x, x + dof, &place->solving.lost) == AD_OK;
     }
-    return !place->fine || compare_tracks(place, t, y);
+    return place->solving.lost.status == AD_OK && (!place->fine || compare_tracks(place, t, y));
 }
 
 void phys_place_leave(struct ensemble_place *place)
