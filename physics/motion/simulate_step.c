@@ -151,8 +151,6 @@ enum ad_status phys_run_length(struct run *run, struct ad_error *error)
 {
     struct phys_stepper *m = &run->stepper;
     const double left = (run->target - m->t) - run->late;
-    if (check_stall(run, error) != AD_OK)
-        return error->status;
     run->last = fabs(run->h) * 1.01 >= fabs(left);
     double h = run->last ? left : run->h;
     if (!run->last && fabs(h) < floor_of(run))
@@ -161,7 +159,7 @@ enum ad_status phys_run_length(struct run *run, struct ad_error *error)
     set_end(run, h);
     m->has_next_rate = false;
     run->cause.status = AD_OK;
-    return AD_OK;
+    return check_stall(run, error);
 }
 
 bool phys_run_judge(struct run *run, double norm)
