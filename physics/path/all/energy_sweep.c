@@ -108,15 +108,13 @@ static void find_roots(struct phys_energy_sweep *s, struct phys_energy_root r, s
 {
     double slope = f[0] - f[1]; /* as the level comes nearer by a step */
     double fold = x[1] - x[0];
+    struct phys_energy_root rest = r;
+    rest.log_gap = x[0];
     if (f[0] < 0 && isfinite(f[1]) && slope / fold > FLAT * (f[0] + s->ask.time)) {
-        r.log_gap = x[0];
-        r.dwell = -f[0];
-        add_root(s, &r);
-        r.dwell = 0;
-    } else if (fabs(f[0]) < 1e-5 * s->ask.time) { /* at the level itself: a start or end at rest */
-        r.log_gap = x[0];
-        if (!has_other_name(s, &r))
-            add_root(s, &r);
+        rest.dwell = -f[0];
+        add_root(s, &rest);
+    } else if (fabs(f[0]) < 1e-5 * s->ask.time && !has_other_name(s, &rest)) {
+        add_root(s, &rest); /* at the level itself: a start or end at rest */
     }
     for (size_t k = 0; k + 1 < n; k++) {
         if (!isfinite(f[k]) || !isfinite(f[k + 1]))
