@@ -22,14 +22,12 @@ static enum ad_status no_column(const struct phys_system *system, const char *na
 {
     const struct phys_scene *scene = system->scene;
     const size_t states = 2 * system->dof, all = states + scene->n_params;
-    char(*text)[NAME] = malloc(states * sizeof *text);
+    char(*text)[NAME] = malloc(all * sizeof *text);
     const char **names = malloc(all * sizeof *names);
     for (size_t k = 0; text && names && k < all; k++) {
-        if (k < states) {
-            memcpy(text[k], "v_", 3);
-            phys_coordinate_name(system, k % system->dof, text[k] + (k < system->dof ? 0 : 2),
-                                 NAME - 2);
-        }
+        memcpy(text[k], "v_", 3);
+        phys_coordinate_name(system, k % system->dof, text[k] + (k < system->dof ? 0 : 2),
+                             NAME - 2);
         names[k] = k < states ? text[k] : scene->params[k - states].name;
     }
     if (text && names)

@@ -15,6 +15,7 @@ static void test_refusals(void **state)
     } cases[] = {{{"a", "a"}, {0}, NULL, "twice"},
                  {{"a", "aa"}, {0}, NULL, "'aa'"},
                  {{"a", "v_c"}, {0}, NULL, "'v_c'"},
+                 {{"a", "m11"}, {0}, NULL, "m1 to m2"},
                  {{"a", "l1"}, {0, 1, 0, (double)INFINITY}, NULL, "row 2"},
                  {{"a", "b"}, {0, 0, (double)NAN, 0}, NULL, "row 2"},
                  {{"a", "b"}, {0}, "rk4", "rk4"}};
