@@ -65,7 +65,7 @@ static enum ad_status take(struct phys_multistart *s, size_t dimension, double *
     memcpy(s->y, s->q, s->dof * sizeof *s->y);
     memcpy(s->y + s->dof, s->v, s->dof * sizeof *s->y);
     if (phys_trajectory(&how, &s->motion, s->y, s->dof, m, nodes, NULL, &lost) != AD_OK)
-        return phys_multistart_goes_on(s) ? phys_multistart_unresolved(s, error) : AD_OK;
+        return phys_multistart_unresolved(s, error);
     for (size_t i = 0; i < s->slices; i++)
         for (size_t k = 0; k < degree; k++)
             for (size_t j = 0; j < s->dof; j++)
@@ -79,8 +79,6 @@ static enum ad_status take(struct phys_multistart *s, size_t dimension, double *
         return error->status;
     for (size_t k = 0; k < s->solutions->n; k++)
         now += s->solutions->solution[k].copies;
-    if (now == paths && !phys_multistart_goes_on(s))
-        return AD_OK; /* it may be one, with more time */
     if (now == paths) /* none, one of the grid alone, or another motion has the same */
         return phys_multistart_unresolved(s, error);
     if (s->solutions->n > listed) {

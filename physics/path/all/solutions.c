@@ -108,6 +108,8 @@ enum ad_status phys_multistart_unresolved(struct phys_multistart *s, struct ad_e
     if (!grown)
         return ad_fail(error, AD_E_MEMORY, "out of memory for another path");
     all->motion_energy = grown;
+    if (!phys_multistart_goes_on(s))
+        return AD_OK; /* it may be one, with more time */
     memcpy(y, s->q, s->dof * sizeof *y);
     memcpy(y + s->dof, s->v, s->dof * sizeof *y);
     double energy = s->motion.energy ? s->motion.energy(s->motion.context, 0, y) : (double)NAN;
