@@ -3,6 +3,7 @@
 #include "tests/close.h"
 #include "physics/path/ranks/elimination.h"
 #include "tests/mentions.h"
+#include "tests/native.h"
 #include "tests/physics/systems.h"
 #include "tests/ranks.h"
 
@@ -434,6 +435,29 @@ static void test_shares(void **state)
     assert_mentions(error.message, "7 ranks 20 slices 5 blocks");
 }
 
+/* Machine code from the first block on, by the steps of the whole path: never in the middle. */
+static void choose_code(void *context, struct ad_ranks *ranks)
+{
+    struct job *j = context;
+    struct phys_ranked_path p;
+    j->settings.native = true;
+    phys_ranked_new(&p, ranks, &j->system, &j->settings, false, &j->error[ranks->rank]);
+    j->figures[ranks->rank].action = !*ad_native_note(p.hessian.of->first);
+    phys_ranked_free(&p);
+}
+
+static void test_code(void **state)
+{
+    (void)state;
+    native_need_compiler();
+    struct job j = job_of(&tasks[3], "adam");
+    j.settings.steps = 100000000;
+    with_ranks(2, choose_code, &j);
+    assert_int_equal(j.error[0].status + j.error[1].status, AD_OK);
+    assert_true(j.figures[0].action == 1 && j.figures[1].action == 1);
+    job_free(&j);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -447,6 +471,7 @@ int main(void)
         cmocka_unit_test(test_signs),
         cmocka_unit_test(test_refused),
         cmocka_unit_test(test_differing),
+        cmocka_unit_test(test_code),
         cmocka_unit_test(test_shares),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
