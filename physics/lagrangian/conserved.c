@@ -10,9 +10,7 @@ enum { PLACES = 64 }; /* states at which the rates of totals are looked at */
 
 static const double rounding = 1e-9; /* of the forces or torques that add up to a rate */
 
-/* Instructions of L with its constraints, or of the derivative by t, at a fixed state, t being an
- * input or fixed, too.
- */
+/* Instructions of L with its constraints, or of the derivative by t, t being an input or fixed. */
 static size_t instructions(const struct phys_system *system, bool moves, bool derivative,
                            struct ad_error *error)
 {
@@ -24,8 +22,8 @@ static size_t instructions(const struct phys_system *system, bool moves, bool de
         return n;
     }
     ad_var t = moves ? ad_input(tape, 1, 1, "t") : phys_irregular(tape, 1, 1, 0.9);
-    ad_var q = phys_irregular(tape, system->dof, 1, 0.3);
-    ad_var L = phys_system_lagrangian(system, q, phys_irregular(tape, system->dof, 1, 0.7), t);
+    ad_var q = ad_input(tape, system->dof, 1, "q"), v = ad_input(tape, system->dof, 1, "v");
+    ad_var L = phys_system_lagrangian(system, q, v, t);
     if (system->scene->constraint)
         L = ad_add(L, phys_mixed(phys_system_constraint(system, q, t), 0.5));
     if (derivative)
@@ -38,16 +36,15 @@ static size_t instructions(const struct phys_system *system, bool moves, bool de
     return n;
 }
 
-/* At a fixed state an L without t is a constant, which the compiler folds; its derivative by t
-   would not show switches such as step(sin(t)). An ad_custom is not folded: it has no t if L has no
-   derivative by t, and no instruction more than where t is fixed. */
+/* L has no t if it has no derivative by t, and no instruction more than where t is fixed: the
+   derivative would not show switches such as step(sin(t)), which are folded there. */
 bool phys_keeps_energy(const struct phys_system *system, struct ad_error *error)
 {
     if (AD_LACKS(error, system, system->scene) || phys_system_has_forces(system))
         return false;
-    size_t n = instructions(system, true, false, error);
-    return n == 0 || (n != SIZE_MAX && n == instructions(system, false, false, error) &&
-                      instructions(system, true, true, error) == 0);
+    const size_t n = instructions(system, true, false, error);
+    return n != SIZE_MAX && n == instructions(system, false, false, error) &&
+           instructions(system, true, true, error) == 0;
 }
 
 /* Rates of the totals at one state, and the sums of their parts' sizes. */

@@ -220,7 +220,7 @@ enum ad_status phys_motion_diagnose(const struct phys_motion_settings *settings,
     if (m->system->bodies <= PHYS_MOTION_FEW) {
         if (!m->integrator->adaptive)
             judge_steps(m, d);
-        else if (complete)
+        else if (complete && !(m->worst_error > too_much))
             phys_judge_stiffness(settings, m, d);
         judge_mass(m, d);
     }
