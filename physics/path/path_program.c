@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const double RAN_AWAY = 1e100; /* gradients of the start */
+
 /* ---- making ---- */
 
 void phys_path_free_columns(const struct phys_path_settings *settings, size_t k, size_t *first,
@@ -179,12 +181,22 @@ static enum ad_status stop_nonfinite(struct phys_path_program *p, size_t step,
                    step, node.message, what, i, name);
 }
 
+enum ad_status phys_path_stays(size_t step, double norm, double start, struct ad_error *error)
+{
+    if (!(start > 0 && norm > RAN_AWAY * start))
+        return AD_OK;
+    return ad_fail(error, AD_E_NONFINITE,
+                   "step %zu: |gradient| %.3g, %.3g at the start: the path ran away, as where the "
+                   "action has no least value",
+                   step, norm, start);
+}
+
 enum ad_status phys_path_program_finite(struct phys_path_program *p,
                                         const struct phys_path_step *at, struct ad_error *error)
 {
-    if (isfinite(at->objective) && isfinite(at->grad_norm))
-        return AD_OK;
-    return stop_nonfinite(p, at->step, error);
+    if (!isfinite(at->objective) || !isfinite(at->grad_norm))
+        return stop_nonfinite(p, at->step, error);
+    return phys_path_stays(at->step, at->grad_norm, p->start_norm, error);
 }
 
 /* ---- running ---- */

@@ -48,7 +48,10 @@ void phys_path_program_start(struct phys_path_program *p, const double *path);
 
 /* Objective, action, means and |gradient| at x. */
 struct phys_path_step phys_path_program_run(struct phys_path_program *p, size_t step);
-/* After a run: AD_E_NONFINITE naming step, operation and coordinate if something is not finite. */
+/* AD_E_NONFINITE where |gradient| is 1e100 times that of the start or more. */
+enum ad_status phys_path_stays(size_t step, double norm, double start, struct ad_error *error);
+/* After a run: AD_E_NONFINITE naming step, operation and coordinate if something is not finite; and
+   as above. */
 enum ad_status phys_path_program_finite(struct phys_path_program *p,
                                         const struct phys_path_step *at, struct ad_error *error);
 /* Reports a step; the reason to stop there, 0 if there is none. */

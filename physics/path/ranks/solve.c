@@ -67,7 +67,7 @@ static enum ad_status evaluate(struct solve *s, struct ad_error *error)
 static enum ad_status finite(const struct solve *s, size_t step, struct ad_error *error)
 {
     if (isfinite(s->at.action) && isfinite(s->at.grad_norm))
-        return AD_OK;
+        return phys_path_stays(step, s->at.grad_norm, s->start_norm, error);
     return ad_fail(error, AD_E_NONFINITE,
                    "step %zu: action %g, |gradient| %g: expected finite numbers", step,
                    s->at.action, s->at.grad_norm);

@@ -61,12 +61,27 @@ static void test_not_converged(void **state)
     assert_mentions(shell_out(), "no_morse_index");
 }
 
+/* The action has no least value there: searches of lines go on to 1e291. */
+static void test_that_runs_away(void **state)
+{
+    (void)state;
+    static const char *const ways[] = {"", "--blocks"};
+    for (size_t k = 0; k < LENGTH(ways); k++) {
+        assert_int_equal(
+            shell("$LA path sine-gordon --set sites=40 --solver lbfgs %s --csv none.csv", ways[k]),
+            1);
+        assert_mentions(shell_err(), "ran away");
+    }
+    assert_int_equal(shell("test -e none.csv"), 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_teardown(test_same_path, shell_empty),
         cmocka_unit_test_teardown(test_refused, shell_empty),
         cmocka_unit_test_teardown(test_not_converged, shell_empty),
+        cmocka_unit_test_teardown(test_that_runs_away, shell_empty),
     };
     return cmocka_run_group_tests(tests, shell_setup, shell_teardown);
 }
