@@ -121,10 +121,30 @@ static bool move_column(struct hdf5 *h, const char *name, size_t length, size_t 
     return true;
 }
 
+/* Whether a follows b by name, numbers in it by value: q10 follows q2. */
+static bool follows(const char *a, const char *b)
+{
+    static const char digits[] = "0123456789";
+    for (; *a && *b; a++, b++) {
+        const size_t n = strspn(a, digits), m = strspn(b, digits);
+        if (n && m && n != m)
+            return n > m;
+        if (*a != *b)
+            return *a > *b;
+    }
+    return *a;
+}
+
 /* In the order given by the file; the others follow by name. */
 static void put_in_order(struct hdf5 *h)
 {
     size_t n = 0;
+    for (size_t k = 1; k < h->source.columns; k++) {
+        size_t to = k;
+        while (to > 0 && follows(h->source.name[to - 1], h->source.name[k]))
+            to--;
+        move_column(h, h->source.name[k], strlen(h->source.name[k]), to);
+    }
     h->source.ordered = h->order != NULL;
     for (const char *p = h->order; p; p = strchr(p, ',') ? strchr(p, ',') + 1 : NULL)
         n += move_column(h, p, strcspn(p, ","), n);

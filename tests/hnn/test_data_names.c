@@ -226,12 +226,35 @@ static void test_arrays(void **state)
     }
 }
 
+/* Neighbours of a lattice are neighbours in the file: q10 follows q9, not q1. */
+static void test_numbered_arrays(void **state)
+{
+    (void)state;
+    enum { SITES = 11 };
+    static const char *const kinds[] = {"q%zu", "p%zu", "dq%zudt", "dp%zudt"};
+    char text[4 * SITES][16];
+    const char *names[4 * SITES];
+    for (size_t k = 0; k < LENGTH(names); k++) {
+        snprintf(text[k], sizeof text[k], kinds[k / SITES], k % SITES + 1);
+        names[k] = text[k];
+    }
+    struct path file = write_arrays(LENGTH(names), names, 1);
+    struct hnn_dataset_settings s = {.size = sizeof s, .file = file.text};
+    struct hnn_dataset d = dataset_of(&s);
+    assert_int_equal(d.dof, SITES);
+    for (size_t k = 0; k < 2 * SITES; k++) {
+        assert_close(d.train.x[k * d.train.n], 100 * (double)k, 0, 0);
+        assert_close(d.train.target[k * d.train.n], 100 * (double)(2 * SITES + k), 0, 0);
+    }
+    hnn_dataset_free(&d);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_pairs),         cmocka_unit_test(test_names_are_told),
         cmocka_unit_test(test_rates_by_name), cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_arrays),
+        cmocka_unit_test(test_arrays),        cmocka_unit_test(test_numbered_arrays),
     };
     return cmocka_run_group_tests_name("names of columns", tests, files_setup, files_teardown);
 }
