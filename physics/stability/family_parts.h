@@ -85,6 +85,11 @@ bool phys_family_is_small(struct family_run *run, const struct family_point *p,
 /* Adds the point at rest that the last three members shrink to. */
 enum ad_status phys_family_rest(struct family_run *run, struct family_point *p,
                                 struct ad_error *error);
+/* AD_E_ARGUMENT: what can be seen before anything is recorded; and by what conserves. */
+enum ad_status phys_family_check_numbers(const struct phys_system *system,
+                                         const struct phys_family_settings *settings,
+                                         struct ad_error *error);
+enum ad_status phys_family_check(struct family_run *run, struct ad_error *error);
 /* Multipliers that are 1 within what is known of them; that are clearly outside the unit circle. */
 size_t phys_family_trivial(const struct phys_periodic *motion);
 size_t phys_family_outside(const struct phys_periodic *motion);
