@@ -18,9 +18,10 @@
 static const double ECHO = 0.5; /* s */
 
 /* For a run to look and to begin with its results, so that all ends within a second. One that has
-   not had that much of a processor, on a busy machine or behind gnuplot or a disk, has longer. */
+   not had that much of a processor, on a busy machine or behind gnuplot, has longer; one that waits
+   for something else has not. */
 static const struct itimerval DEADLINE = {{.tv_usec = 100000}, {.tv_usec = 700000}}, NEVER;
-static const double ENOUGH = 0.35 /* s of CPU time */, AT_MOST = 8 /* s */;
+static const double ENOUGH = 0.35, NONE = 1e-3 /* s of CPU time */, AT_MOST = 8 /* s */;
 
 static const int orderly[] = {SIGINT, SIGTERM}, at_once[] = {SIGHUP, SIGPIPE, SIGQUIT, SIGXCPU},
                  crashes[] = {SIGSEGV, SIGBUS, SIGABRT, SIGFPE};
@@ -99,8 +100,9 @@ static void note(int number)
 /* The run has not come to its results: it hangs in a library, or a step of it takes long. */
 static void end_overdue(int number)
 {
+    const double cpu = since(CLOCK_PROCESS_CPUTIME_ID, &used);
     (void)number;
-    if (since(CLOCK_PROCESS_CPUTIME_ID, &used) > ENOUGH || since(CLOCK_MONOTONIC, &first) > AT_MOST)
+    if (cpu > ENOUGH || (cpu < NONE && !running) || since(CLOCK_MONOTONIC, &first) > AT_MOST)
         end(came);
 }
 
