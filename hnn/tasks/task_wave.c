@@ -63,6 +63,12 @@ static const char *const sites[] = {
     "1",  "2",  "3",  "4",  "5",  "6",  "7",  "8",  "9",  "10", "11", "12", "13", "14", "15", "16",
     "17", "18", "19", "20", "21", "22", "23", "24", "25", "26", "27", "28", "29", "30", "31", "32"};
 
+#define SAMPLED                                                                                    \
+    {                                                                                              \
+        .size = sizeof(struct hnn_sampling), .trials = 100, .points = 20, .time = 4,               \
+        .radius_min = 0.1, .radius_max = 1, .strength = 1                                          \
+    }
+
 const struct hnn_task hnn_task_wave = {
     .name = "wave",
     .what = "a wave on a ring of 32 sites, of its four longest modes",
@@ -71,13 +77,7 @@ const struct hnn_task hnn_task_wave = {
     .H = ring,
     .start = start_ring,
     .unit_masses = true,
-    .published = {.size = sizeof(struct hnn_sampling),
-                  .trials = 100,
-                  .points = 20,
-                  .time = 4,
-                  .radius_min = 0.1,
-                  .radius_max = 1,
-                  .strength = 1},
+    .published = SAMPLED,
 };
 
 const struct hnn_task hnn_task_string = {
@@ -88,11 +88,5 @@ const struct hnn_task hnn_task_string = {
     .H = string,
     .start = start_string,
     .unit_masses = true,
-    .published = {.size = sizeof(struct hnn_sampling),
-                  .trials = 100,
-                  .points = 20,
-                  .time = 4,
-                  .radius_min = 0.1,
-                  .radius_max = 1,
-                  .strength = 1},
+    .published = SAMPLED,
 };

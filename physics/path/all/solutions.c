@@ -1,7 +1,7 @@
 /* The solutions of a search, without duplicates (multistart.h). */
 #include "autodiff/free.h"
 #include "physics/io/grow.h"
-#include "physics/path/grid_independence.h"
+#include "physics/path/verify/grid_independence.h"
 #include "multistart.h"
 
 #include <math.h>

@@ -9,7 +9,7 @@
    path of a rule of higher order on the same slices, if it is less. */
 #include "internal.h"
 #include "physics/path/ends.h"
-#include "physics/path/grid_independence.h"
+#include "physics/path/verify/grid_independence.h"
 
 #include <float.h>
 #include <math.h>

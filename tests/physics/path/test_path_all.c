@@ -1,6 +1,6 @@
 /* Several stationary paths between the same ends: the swings of a pendulum; spurious ones are
    rejected. */
-#include "physics/path/grid_independence.h"
+#include "physics/path/verify/grid_independence.h"
 #include "physics/path/newton.h"
 #include "tests/physics/published.h"
 #include "tests/physics/systems.h"

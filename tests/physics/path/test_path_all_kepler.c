@@ -1,6 +1,6 @@
 /* All stationary paths of Kepler's problem between two places, against Lambert's equation; paths of
    the grid alone are rejected. */
-#include "physics/path/grid_independence.h"
+#include "physics/path/verify/grid_independence.h"
 #include "physics/path/newton.h"
 #include "tests/physics/path/lambert.h"
 #include "tests/physics/published.h"

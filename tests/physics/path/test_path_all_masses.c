@@ -1,6 +1,6 @@
 /* All paths where the mass depends on velocity or position, or with many coordinates; interrupted
    searches, and refusals. */
-#include "physics/path/grid_independence.h"
+#include "physics/path/verify/grid_independence.h"
 #include "physics/path/internal.h"
 #include "tests/physics/published.h"
 #include "tests/physics/systems.h"

@@ -1,6 +1,6 @@
 /* How far a path is from the motion from its own start, by an adaptive method (find.h). */
 #include "find.h"
-#include "path_nodes.h"
+#include "physics/path/path_nodes.h"
 #include "physics/motion/method.h"
 #include "physics/motion/time_scan.h"
 

@@ -5,8 +5,8 @@
    separately, and the defects are summed. */
 #include "grid_independence.h"
 #include "physics/motion/motion.h"
-#include "path_nodes.h"
-#include "shooting.h"
+#include "physics/path/path_nodes.h"
+#include "physics/path/shooting.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* Data sets as the tests read them. */
-#ifndef TESTS_HNN_DATASETS_H
-#define TESTS_HNN_DATASETS_H
+#ifndef TESTS_HNN_DATA_DATASETS_H
+#define TESTS_HNN_DATA_DATASETS_H
 
 #include "tests/files.h"
 #include "hnn/data/data.h"

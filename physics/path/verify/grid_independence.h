@@ -1,8 +1,8 @@
 /* Whether the motion has the same stationary path as the grid. */
-#ifndef PHYSICS_PATH_GRID_INDEPENDENCE_H
-#define PHYSICS_PATH_GRID_INDEPENDENCE_H
+#ifndef PHYSICS_PATH_VERIFY_GRID_INDEPENDENCE_H
+#define PHYSICS_PATH_VERIFY_GRID_INDEPENDENCE_H
 
-#include "internal.h"
+#include "physics/path/internal.h"
 
 /* path [s*dof x slices] is stationary. */
 enum ad_status phys_path_grid_independent(const struct phys_system *system,

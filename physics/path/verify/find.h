@@ -1,10 +1,10 @@
 /* Internals of a search for a path that verifies it: all of it (find.c), the motion from its start
    (find_motion.c). */
-#ifndef PHYSICS_PATH_FIND_H
-#define PHYSICS_PATH_FIND_H
+#ifndef PHYSICS_PATH_VERIFY_FIND_H
+#define PHYSICS_PATH_VERIFY_FIND_H
 
-#include "newton.h"
-#include "path_units.h"
+#include "physics/path/newton.h"
+#include "physics/path/path_units.h"
 
 struct phys_search {
     const struct phys_system *system;
