@@ -83,13 +83,13 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
         error->status == AD_OK ? phys_path_resample(&from, path, &to, dof, error) : NULL;
     if (moved && !of)
         phys_derivatives_new(of = &own, system, PHYS_LADDER_COLUMNS, NULL, &lost);
-    double *unit =
-        moved && lost.status == AD_OK ? phys_path_units(system, settings, of, path, error) : NULL;
-    bool made = unit && lost.status == AD_OK &&
+    double *unit = NULL;
+    bool made = moved && lost.status == AD_OK &&
                 phys_hessian_over(&coarse, of, settings->rule, n, settings->dt, &lost) == AD_OK &&
                 phys_newton_new(&newton, system, &finer, of, &lost) == AD_OK;
     coarse.mesh = settings->mesh;
-    if (made && phys_newton_settle(&newton, moved, &info, error)) {
+    if (made && phys_newton_settle(&newton, moved, &info, error) &&
+        (unit = phys_hessian_units(&newton.hessian, moved, error))) {
         double most = 0;
         for (size_t k = 0; k < dof; k++)
             for (size_t i = 0; i < n; i += each == 3 ? 2 : 1)

@@ -20,12 +20,14 @@ struct phys_newton {
     struct phys_newton_system band, whole;      /* whole: of all coordinates, beside tangent ones */
     struct phys_ends tangent_ends;              /* of those */
     double *gradient, *before, *step, *tangent; /* [n] each: gradient of the action; room */
+    double *at;                                 /* [n]: where the Hessian is of, if it is `known` */
     double unit;                                /* action in units of the objective */
     double damping;
-    double rounding; /* of the gradient, several times, at the last Hessian */
-    bool lengthened; /* the last step */
-    bool sparing;    /* Adam ends where the next steps converge */
-    bool settled;    /* no repetition of the last step makes the gradient smaller */
+    double rounding;      /* of the gradient, several times, at the last Hessian */
+    bool lengthened;      /* the last step */
+    bool sparing;         /* Adam ends where the next steps converge */
+    bool known, factored; /* factored: with the band's damping */
+    bool settled;         /* no repetition of the last step makes the gradient smaller */
 };
 
 /* Of the settings `reference` is ignored. `of`: by these derivatives alone, without a recording of
@@ -42,6 +44,9 @@ enum ad_status phys_newton_solve(struct phys_newton *newton, double *path,
    AD_E_MEMORY. */
 bool phys_newton_settle(struct phys_newton *newton, double *path, struct phys_path_info *info,
                         struct ad_error *error);
+/* Whether Newton's method converges from there to the one path nearby: its steps get shorter fast.
+ */
+bool phys_newton_converges(struct phys_newton *newton, const double *path);
 /* As phys_path_solve, by derivatives that several grids share. `sparing`: no more steps of Adam
    than lead to where Newton's method converges. */
 enum ad_status phys_newton_over(const struct phys_system *system,

@@ -83,12 +83,13 @@ enum ad_status phys_newton_new(struct phys_newton *s, const struct phys_system *
     s->hessian.context = settings->context;
     if (settings->native && !of)
         phys_derivatives_native(s->hessian.of);
-    s->gradient = malloc(4 * s->path.n * sizeof *s->gradient);
+    s->gradient = malloc(5 * s->path.n * sizeof *s->gradient);
     if (!s->gradient)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     s->before = s->gradient + s->path.n;
     s->step = s->before + s->path.n;
     s->tangent = s->step + s->path.n;
+    s->at = s->tangent + s->path.n;
     return AD_OK;
 }
 
@@ -100,4 +101,5 @@ void phys_newton_free(struct phys_newton *s)
     phys_surface_free(s->path.surface);
     phys_hessian_free(&s->hessian);
     phys_path_program_free(&s->path);
+    *s = (struct phys_newton){0};
 }

@@ -59,15 +59,28 @@ static void measure_rounding(struct phys_newton *s)
 /* The Hessian at the path, on the tangent spaces of constraints if there are any. */
 static void differentiate(struct phys_newton *s)
 {
+    if (s->known && memcmp(s->at, s->path.x, s->path.n * sizeof *s->at) == 0)
+        return;
+    s->known = s->factored = false;
     phys_hessian_at(&s->hessian, s->path.x, 0);
     if (s->hessian.stopped)
         return;
+    s->known = true;
+    memcpy(s->at, s->path.x, s->path.n * sizeof *s->at);
     if (s->path.surface)
         phys_surface_reduce(s->path.surface, s->path.x);
     phys_newton_system_scale(&s->band);
     for (size_t d = 0; s->path.surface && d < s->hessian.dof; d++)
         s->whole.scale[d] = s->band.scale[0];
     measure_rounding(s);
+}
+
+/* The factors of the Hessian with a damping. False: it has none. */
+static bool factor(struct phys_newton *s, double damping)
+{
+    if (s->factored && s->band.damping == damping)
+        return true;
+    return s->factored = phys_newton_system_factor(&s->band, damping);
 }
 
 /* s->step from s->gradient and the factors. */
@@ -163,7 +176,7 @@ static void repeat(struct phys_newton *s, size_t number, struct phys_path_step *
 static bool try_step(struct phys_newton *s, double from, size_t number, struct phys_path_step *at)
 {
     norm(s);
-    if (!phys_newton_system_factor(&s->band, s->damping))
+    if (!factor(s, s->damping))
         return false;
     find_step(s);
     memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
@@ -232,7 +245,7 @@ static bool contracts(struct phys_newton *s)
 {
     struct phys_path_step at;
     norm(s);
-    if (s->path.surface || !phys_newton_system_factor(&s->band, 0))
+    if (s->path.surface || !factor(s, 0))
         return false;
     find_step(s);
     double length = stiff_length(s);
@@ -254,6 +267,14 @@ static bool needs_no_descent(void *context, size_t step)
     differentiate(s);
     return s->hessian.stopped || at_rounding(s) || /* stopped: no steps are wanted */
            (s->sparing && contracts(s));
+}
+
+bool phys_newton_converges(struct phys_newton *s, const double *path)
+{
+    s->hessian.stopped = false;
+    s->sparing = true;
+    phys_path_program_place(&s->path, path);
+    return needs_no_descent(s, 0);
 }
 
 /* Near a saddle, the Adam steps before Newton's may diverge: if they increased the gradient, the
@@ -318,14 +339,14 @@ enum ad_status phys_newton_spectrum(struct phys_newton *s, enum phys_spectrum_pa
                                     const double *path, struct phys_spectrum *spectrum,
                                     struct ad_error *error)
 {
-    s->hessian.stopped = false;
+    s->hessian.stopped = s->known = false;
     return phys_hessian_spectrum(&s->hessian, s->path.surface, parts, path, spectrum, error);
 }
 
 bool phys_newton_confirms(struct phys_newton *s, const double *path, bool filled,
                           const struct phys_spectrum *spectrum, struct ad_error *error)
 {
-    s->hessian.stopped = false;
+    s->hessian.stopped = s->known = false;
     return phys_hessian_confirms(&s->hessian, s->path.surface, path, filled, spectrum, error);
 }
 

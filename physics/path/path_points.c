@@ -22,8 +22,9 @@ enum ad_status phys_path_program_over(struct phys_path_program *p, const struct 
                                     .nearest_at = (double)INFINITY,
                                     .started = ad_now(),
                                     .n = settings->rule->degree * system->dof * settings->slices};
-    p->x = calloc(2 * p->n, sizeof *p->x);
+    p->x = calloc(3 * p->n, sizeof *p->x);
     p->g = p->x + p->n;
+    p->ran = p->g + p->n;
     if (!p->x)
         return ad_fail(error, AD_E_MEMORY, "out of memory for a path");
     return phys_end_space_new(&p->ends, settings->ends, system->dof, error);

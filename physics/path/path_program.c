@@ -218,11 +218,18 @@ static struct phys_path_step run(struct phys_path_program *p, size_t step)
 
 struct phys_path_step phys_path_program_run(struct phys_path_program *p, size_t step)
 {
+    p->found.step = step;
+    if (p->found.path && memcmp(p->ran, p->x, p->n * sizeof *p->x) == 0)
+        return p->found;
     struct phys_path_step at = run(p, step);
     if (p->surface)
         at.grad_norm = phys_surface_gradient(p->surface, p->x, p->g);
     if (p->ends.n > 0)
         at.grad_norm = phys_end_space_gradient(&p->ends, p->settings->slices, p->n, p->g);
+    if (p->ran) {
+        memcpy(p->ran, p->x, p->n * sizeof *p->x);
+        p->found = at;
+    }
     return at;
 }
 
@@ -274,6 +281,8 @@ static void measure_path(struct phys_path_program *p, const double *path,
     double most = 0;
     if (p->hessian) {
         memcpy(p->x, path, p->n * sizeof *path); /* not that of compare */
+        if (p->settings->start_momentum)
+            p->found.path = NULL; /* the Hessian's gradient may be of another path */
         phys_path_program_run(p, 0);
         phys_path_points_measure(p, info);
         return;

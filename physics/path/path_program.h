@@ -19,6 +19,8 @@ struct phys_path_program {
     ad_var whole_gradient;
     size_t n;      /* elements of the path: s*dof*slices */
     double *x, *g; /* path and gradient of the objective, 0 where held: program storage */
+    double *ran;   /* [n]: the path run last, without a tape of it ... */
+    struct phys_path_step found;    /* ... and what was found; .path NULL: none was */
     struct phys_path_figures start; /* of the path given */
     double start_norm;              /* of the gradient, at the start */
     double *nearest;             /* path nearest to settings->reference so far; NULL: no matter */

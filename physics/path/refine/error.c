@@ -35,7 +35,9 @@ void phys_climb_estimate(struct phys_climb *c, struct phys_level *level, struct 
     if (!level->found)
         return;
     free(c->unit);
-    c->unit = phys_path_units(c->system, c->to->settings, c->to->of, c->here.path, error);
+    c->unit = phys_climb_free_time(c)
+                  ? phys_path_units(c->system, c->to->settings, c->to->of, c->here.path, error)
+                  : phys_hessian_units(&c->newton.hessian, c->here.path, error);
     if (!c->unit)
         return;
     c->size = 0;
@@ -70,10 +72,12 @@ void phys_climb_estimate(struct phys_climb *c, struct phys_level *level, struct 
 static enum ad_status find_spectrum(struct phys_climb *c, struct phys_spectrum *spectrum,
                                     struct ad_error *error)
 {
-    struct phys_newton newton = {0};
-    if (phys_newton_new(&newton, c->system, c->to->settings, c->to->of, error) == AD_OK)
-        phys_newton_spectrum(&newton, PHYS_KIND, c->here.path, spectrum, error);
-    phys_newton_free(&newton);
+    struct phys_newton *newton = &c->newton;
+    if (!phys_climb_free_time(c) ||
+        phys_newton_new(newton, c->system, c->to->settings, c->to->of, error) == AD_OK)
+        phys_newton_spectrum(newton, PHYS_KIND, c->here.path, spectrum, error);
+    if (phys_climb_free_time(c))
+        phys_newton_free(newton);
     return error->status;
 }
 

@@ -25,8 +25,9 @@ struct phys_climb {
     double time, tolerance, ends_error, size; /* size: the path's largest coordinate */
     double *unit;                             /* [dof]: of the last path found (path_units.h) */
     struct phys_stage before, here;
-    bool sparing; /* of steps of Adam, where Newton's method converges without */
-    bool high;    /* rungs of high order */
+    struct phys_newton newton; /* of c->here, unless the time is free */
+    bool sparing;              /* of steps of Adam, where Newton's method converges without */
+    bool high;                 /* rungs of high order */
     bool parted;  /* ... hold another path than those before: more elements are needed */
     bool doubted; /* some did: a motion must exist near the path */
     struct phys_refined *to;

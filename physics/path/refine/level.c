@@ -1,5 +1,6 @@
 /* One level of a refinement: its elements, its start, and its path. */
 #include "internal.h"
+#include "autodiff/free.h"
 #include "physics/path/ends.h"
 #include "physics/path/mesh.h"
 
@@ -41,17 +42,17 @@ enum ad_status phys_climb_mesh(struct phys_climb *c, struct ad_error *error)
     return error->status;
 }
 
-/* Start and settings of c->here, whose grid is set: from the level before once two agree on which
-   path it is, or where several from the guess did not; else from the guess. */
-static enum ad_status begin(struct phys_climb *c, struct ad_error *error)
+/* Start and settings of c->here, whose grid is set: from the level before (`again`), or from the
+   guess. */
+static enum ad_status begin(struct phys_climb *c, bool again, struct ad_error *error)
 {
     struct phys_stage *stage = &c->here;
     struct phys_path_settings *settings = c->to->settings;
     size_t dof = c->system->dof, n = stage->grid.slices, m = c->given.slices;
-    bool again =
-        phys_climb_settled(c, &c->before) || (c->before.path && c->to->n > PHYS_CLIMB_PARTED);
     struct phys_grid from = again ? c->before.grid : c->given;
     from.dt = stage->grid.dt * (double)(n - 1) / (double)(from.slices - 1); /* a free time is new */
+    AD_FREE(stage->start, stage->path);
+    stage->path = NULL;
     stage->start =
         phys_path_resample(&from, again ? c->before.path : c->guess, &stage->grid, dof, error);
     size_t bytes = stage->grid.rule->degree * dof * n * sizeof *stage->path;
@@ -71,27 +72,51 @@ static enum ad_status begin(struct phys_climb *c, struct ad_error *error)
     return AD_OK;
 }
 
+/* Once two levels agree on which path it is, or where several from the guess did not. */
+static bool goes_on(const struct phys_climb *c)
+{
+    return phys_climb_settled(c, &c->before) || (c->before.path && c->to->n > PHYS_CLIMB_PARTED);
+}
+
+/* From the level before also where Newton's method converges from there to a path nearby. */
+static enum ad_status solve(struct phys_climb *c, struct phys_path_info *info,
+                            struct ad_error *error)
+{
+    struct phys_path_settings *settings = c->to->settings;
+    struct phys_newton *newton = &c->newton;
+    const bool on = goes_on(c), tried = !on && c->sparing && c->before.path;
+    phys_newton_free(newton);
+    if (begin(c, on || tried, error) != AD_OK ||
+        phys_path_check(&phys_solver_newton, c->system, settings, c->here.path, info, &c->lost) !=
+            AD_OK ||
+        phys_newton_new(newton, c->system, settings, c->to->of, &c->lost) != AD_OK ||
+        (tried && !phys_newton_converges(newton, c->here.path) && begin(c, false, error) != AD_OK))
+        return error->status;
+    newton->settings.adam_steps = settings->adam_steps;
+    newton->sparing = c->sparing;
+    phys_newton_solve(newton, c->here.path, info, &c->lost);
+    return AD_OK;
+}
+
 enum ad_status phys_climb_solve(struct phys_climb *c, struct phys_level *level,
                                 struct ad_error *error)
 {
     struct phys_path_info info = {0};
-    struct ad_error lost = {0};
-    if (begin(c, error) != AD_OK)
-        return error->status;
     struct phys_path_settings *settings = c->to->settings;
-    bool free_time = phys_climb_free_time(c);
+    const bool free_time = phys_climb_free_time(c);
+    c->lost = (struct ad_error){0};
+    if ((free_time ? begin(c, goes_on(c), error) : solve(c, &info, error)) != AD_OK)
+        return error->status;
     if (free_time)
         phys_newton_free_time(c->system, settings, c->to->of, settings->ends->energy, c->here.path,
-                              &info, &lost);
-    else
-        phys_newton_over(c->system, settings, c->to->of, c->sparing, c->here.path, &info, &lost);
+                              &info, &c->lost);
+    const struct ad_error lost = c->lost;
     if (lost.status != AD_OK && lost.status != AD_E_NONFINITE &&
         !(free_time && lost.status == AD_E_ACCURACY))
         return ad_fail(error, lost.status, "%s", lost.message);
     if (info.stop == PHYS_STOP_INTERRUPTED)
         return ad_fail(error, AD_E_ACCURACY, "interrupted at %zu elements of %s", level->elements,
                        level->rule->name);
-    c->lost = lost;
     level->seconds = info.seconds;
     level->found = lost.status == AD_OK && info.stop == PHYS_STOP_ROUNDING;
     if (level->found)

@@ -224,6 +224,7 @@ enum ad_status phys_path_refine(const struct phys_system *system,
         c.here.start = c.here.path = c.here.mesh = NULL;
     }
     refined->settings->mesh = refined->mesh;
+    phys_newton_free(&c.newton);
     drop(&c.before);
     drop(&c.here);
     free(c.unit);
