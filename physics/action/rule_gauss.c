@@ -5,6 +5,7 @@
 #include "internal.h"
 
 #include <math.h>
+#include <stdatomic.h>
 
 /* Legendre's P_n and P_n-1 at x. */
 static void legendre(size_t n, double x, double *p, double *before)
@@ -67,15 +68,33 @@ static void basis(size_t n, const double *node, size_t k, double at, double *val
     }
 }
 
-static void fill(const struct phys_rule *rule, struct phys_rule_table *table)
+static void make(size_t s, struct phys_rule_table *table)
 {
-    size_t s = rule->degree;
     *table = (struct phys_rule_table){.degree = s, .points = s};
     gauss(s, table->time, table->weight);
     lobatto(s, table->node);
     for (size_t j = 0; j < s; j++)
         for (size_t k = 0; k <= s; k++)
             basis(s, table->node, k, table->time[j], &table->q[j][k], &table->v[j][k]);
+}
+
+/* Made once for each degree; threads that come meanwhile make their own. */
+static void fill(const struct phys_rule *rule, struct phys_rule_table *table)
+{
+    enum { NONE, MAKING, MADE };
+    static struct phys_rule_table tables[PHYS_RULE_MOST + 1];
+    static atomic_int states[PHYS_RULE_MOST + 1];
+    const size_t s = rule->degree;
+    int none = NONE;
+    if (atomic_load(&states[s]) == MADE) {
+        *table = tables[s];
+        return;
+    }
+    make(s, table);
+    if (atomic_compare_exchange_strong(&states[s], &none, MAKING)) {
+        tables[s] = *table;
+        atomic_store(&states[s], MADE);
+    }
 }
 
 #define GAUSS(n)                                                                                   \

@@ -88,6 +88,7 @@ enum ad_status phys_path_discretisation(const struct phys_system *system,
                 phys_hessian_over(&coarse, of, settings->rule, n, settings->dt, &lost) == AD_OK &&
                 phys_newton_new(&newton, system, &finer, of, &lost) == AD_OK;
     coarse.mesh = settings->mesh;
+    newton.rough = true;
     if (made && phys_newton_settle(&newton, moved, &info, error) &&
         (unit = phys_hessian_units(&newton.hessian, moved, error))) {
         double most = 0;

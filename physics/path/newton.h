@@ -25,6 +25,9 @@ struct phys_newton {
     double damping;
     double rounding;      /* of the gradient, several times, at the last Hessian */
     bool lengthened;      /* the last step */
+    double first;         /* length of the first step */
+    bool rough;           /* asked: the path to a thousandth of that ... */
+    bool arrived;         /* ... is there */
     bool sparing;         /* Adam ends where the next steps converge */
     bool known, factored; /* factored: with the band's damping */
     bool settled;         /* no repetition of the last step makes the gradient smaller */

@@ -15,6 +15,7 @@ static const double LEAST_DAMPING = 1e-5, MOST_DAMPING = 1e4, DAMPING_FACTOR = 1
 static const double POOR = 0.25;  /* a step that leaves more of the gradient may have been short */
 static const double FAST = 1e-3;  /* one that leaves so little: Newton's method converges */
 static const double SLOW = 0.999; /* ... and one that leaves so much is hardly a step */
+static const double ROUGH = 1e-3; /* of the first step: short enough where that is asked */
 
 static const double CONTRACTION = 0.25; /* of a step by the same matrix: the method converges */
 
@@ -156,7 +157,8 @@ static void repeat(struct phys_newton *s, size_t number, struct phys_path_step *
         from = here;
         find_step(s);
         double length = length_of(s->path.n, s->step);
-        if (!(length <= FAST * last)) {
+        s->arrived = s->rough && length <= ROUGH * s->first;
+        if (s->arrived || !(length <= FAST * last)) {
             s->settled = here <= s->rounding && within_last_bits(s);
             return;
         }
@@ -179,6 +181,8 @@ static bool try_step(struct phys_newton *s, double from, size_t number, struct p
     if (!factor(s, s->damping))
         return false;
     find_step(s);
+    if (s->first == 0)
+        s->first = length_of(s->path.n, s->step);
     memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
     double here = norm_at(s, 1, number, at);
     if (!(here < from)) { /* NaN, too */
@@ -221,12 +225,13 @@ static enum phys_stop follow(struct phys_newton *s, struct phys_path_step *at)
 {
     enum phys_stop stop = phys_path_program_report(&s->path, at);
     size_t slow = 0;
-    s->damping = 0;
+    s->damping = s->first = 0;
+    s->arrived = false;
     while (!stop) {
         bool moved = improve(s, at, &slow);
         if (moved)
             stop = phys_path_program_report(&s->path, at);
-        if (moved && !stop && s->settled && at_rounding(s))
+        if (moved && !stop && (s->arrived || (s->settled && at_rounding(s))))
             stop = PHYS_STOP_ROUNDING;
         if (!stop && s->hessian.stopped)
             stop = PHYS_STOP_INTERRUPTED;

@@ -73,18 +73,19 @@ void phys_path_nodes_at(const struct phys_path_nodes *nodes, double t, double *q
     size_t first = low * s;
     const double *at = nodes->time + first;
     memset(q, 0, dof * sizeof *q);
-    memset(v, 0, dof * sizeof *v);
+    if (v)
+        memset(v, 0, dof * sizeof *v);
     for (size_t j = 0; j <= s; j++) {
         double value = 1, slope = 0;
         for (size_t k = 0; k <= s; k++)
             if (k != j) {
-                slope = (slope * (t - at[k]) + value) / (at[j] - at[k]);
+                slope = v ? (slope * (t - at[k]) + value) / (at[j] - at[k]) : 0;
                 value *= (t - at[k]) / (at[j] - at[k]);
             }
-        for (size_t d = 0; d < dof; d++) {
+        for (size_t d = 0; d < dof; d++)
             q[d] += value * nodes->x[d * m + first + j];
+        for (size_t d = 0; v && d < dof; d++)
             v[d] += slope * nodes->x[d * m + first + j];
-        }
     }
 }
 
@@ -107,14 +108,14 @@ double *phys_path_resample(const struct phys_grid *from, const double *path,
     if (AD_LACKS(error, path) || !is_grid(from, error) || !is_grid(to, error))
         return NULL;
     size_t s = to->rule->degree, n = to->slices;
-    double *q = malloc(2 * dof * sizeof *q), *result = malloc(s * dof * n * sizeof *result);
+    double *q = malloc(dof * sizeof *q), *result = malloc(s * dof * n * sizeof *result);
     if (!q || !result)
         ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", n);
     else if (phys_path_nodes_new(&nodes, dof, from, 0, path, error) == AD_OK) {
         to->rule->fill(to->rule, &table);
         for (size_t i = 0; i < n * s; i++) {
             double t = at_node(to, i / s, i / s + 1 < n ? table.node[i % s] : 0);
-            phys_path_nodes_at(&nodes, t * to->dt, q, q + dof);
+            phys_path_nodes_at(&nodes, t * to->dt, q, NULL);
             for (size_t d = 0; d < dof; d++)
                 result[(i % s * dof + d) * n + i / s] = q[d];
         }

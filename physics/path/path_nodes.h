@@ -16,7 +16,7 @@ enum ad_status phys_path_nodes_new(struct phys_path_nodes *nodes, size_t dof,
                                    const struct phys_grid *grid, size_t least, const double *path,
                                    struct ad_error *error);
 void phys_path_nodes_free(struct phys_path_nodes *nodes);
-/* q and v [dof] at time t. */
+/* q and v [dof] at time t; v may be NULL. */
 void phys_path_nodes_at(const struct phys_path_nodes *nodes, double t, double *q, double *v);
 
 #endif

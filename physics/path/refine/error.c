@@ -81,11 +81,21 @@ static enum ad_status find_spectrum(struct phys_climb *c, struct phys_spectrum *
     return error->status;
 }
 
+/* The path of a level that was solved roughly. */
+static bool settle(struct phys_climb *c, struct ad_error *error)
+{
+    struct phys_path_info info;
+    c->newton.rough = false;
+    return !c->rough || phys_newton_settle(&c->newton, c->here.path, &info, error);
+}
+
 bool phys_climb_verified(struct phys_climb *c, struct phys_level *level, struct ad_error *error)
 {
     double *finer = &c->to->finer;
     struct phys_spectrum *spectrum = &c->to->spectrum;
     if (!level->found || !(c->high || level->estimate < c->tolerance))
+        return false;
+    if (!settle(c, error))
         return false;
     if (find_spectrum(c, spectrum, error) == AD_OK)
         phys_path_discretisation(c->system, c->to->settings, c->to->of, c->here.path, true, finer,

@@ -27,6 +27,7 @@ struct phys_climb {
     struct phys_stage before, here;
     struct phys_newton newton; /* of c->here, unless the time is free */
     bool sparing;              /* of steps of Adam, where Newton's method converges without */
+    bool rough;                /* levels are not settled to rounding, but the last */
     bool high;                 /* rungs of high order */
     bool parted;  /* ... hold another path than those before: more elements are needed */
     bool doubted; /* some did: a motion must exist near the path */

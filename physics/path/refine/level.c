@@ -94,6 +94,7 @@ static enum ad_status solve(struct phys_climb *c, struct phys_path_info *info,
         return error->status;
     newton->settings.adam_steps = settings->adam_steps;
     newton->sparing = c->sparing;
+    newton->rough = c->rough;
     phys_newton_solve(newton, c->here.path, info, &c->lost);
     return AD_OK;
 }

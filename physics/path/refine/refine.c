@@ -117,6 +117,7 @@ static bool climb_rungs(struct phys_climb *c, const struct phys_rule *rule, size
                         size_t last, bool any, struct ad_error *error)
 {
     for (size_t elements = first; elements <= last && !c->parted; elements *= 2) {
+        c->rough = any && !phys_climb_free_time(c);
         if (climb_level(c, rule, elements, error))
             return true;
         const struct phys_rule *high = any ? high_rule(c, error) : NULL;
