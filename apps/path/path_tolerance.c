@@ -182,9 +182,9 @@ enum ad_status path_refine(struct path_run *run, struct ad_error *error)
         }
     }
     if (lost.status != AD_OK)
-        ad_fail(error, lost.status, "--%s: %s%s", run->follow.name ? "continue" : "tol",
-                lost.message,
-                run->refined.unsettled && !path_from_file(run->options) ? ": --init ode" : "");
+        ad_fail(
+            error, lost.status, "--%s: %s%s", run->follow.name ? "continue" : "tol", lost.message,
+            run->refined.unsettled && !path_from_file(run->options) ? ": --init ode, --all" : "");
     return error->status == AD_OK ? adopt(run, error) : error->status;
 }
 
@@ -195,9 +195,13 @@ void path_report_levels(const struct path_run *run, struct report *report)
     char text[128];
     if (r->n == 0)
         return;
-    report_line(report, "  tried, coarse to fine%s",
-                run->along ? ", on elements along the motion" : "");
+    report_line(report, "  tried, coarse to fine%s%s%s",
+                run->along ? ", on elements along the motion" : "",
+                r->approach ? ", from what was followed to these ends: " : "",
+                r->approach ? r->approach : "");
     report_flag(report, "along_motion", NULL, run->along);
+    if (r->approach)
+        report_text(report, "approach", NULL, r->approach);
     for (size_t k = 0; k < r->n; k++) {
         const struct phys_level *level = &r->level[k];
         report_item(report, "tried");

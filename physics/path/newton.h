@@ -23,6 +23,8 @@ struct phys_newton {
     double *at;                                 /* [n]: where the Hessian is of, if it is `known` */
     double unit;                                /* action in units of the objective */
     double damping;
+    double share;         /* of Newton's step, where it is shortened instead ... */
+    bool natural;         /* ... as it is now */
     double rounding;      /* of the gradient, several times, at the last Hessian */
     bool lengthened;      /* the last step */
     double first;         /* length of the first step */

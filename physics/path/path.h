@@ -233,6 +233,8 @@ struct phys_refined {
     struct phys_spectrum spectrum;
     double finer; /* ... and its distance from that of a rule of higher order on more elements */
     struct phys_derivatives *of; /* of L, for all levels */
+    const char *approach;        /* what led to a guess, where the one given did not: a path of a
+                                    shorter time, or a motion; NULL: it did */
     bool unsettled;              /* AD_E_ACCURACY because levels converge to different paths */
     bool singular;               /* ... because no elements resolve the path, as at a collision */
 };
@@ -244,7 +246,8 @@ struct phys_refined {
    for what settings->ends leaves free. Errors are distances as in phys_path_found. With free end
    time slices of the same share of the time are compared, and the change of that time counts by the
    speed. Uses Newton's method after as many of settings->adam_steps as lead to where it converges,
-   or all where that has no result. AD_E_ACCURACY if there is no such setting, or settings->proceed
+   or all where that has no result; where levels do not agree on a path, from one that is followed
+   to the time and the ends given. AD_E_ACCURACY if there is no such setting, or settings->proceed
    returned false. Free with phys_refined_free in any case. */
 enum ad_status phys_path_refine(const struct phys_system *system,
                                 const struct phys_path_settings *settings, const double *guess,

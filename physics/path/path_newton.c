@@ -19,6 +19,8 @@ static const double ROUGH = 1e-3; /* of the first step: short enough where that 
 
 static const double CONTRACTION = 0.25; /* of a step by the same matrix: the method converges */
 
+static const double LEAST_SHARE = 1e-3; /* of Newton's step, where it is shortened */
+
 enum { PATIENCE = 10 }; /* slow steps in a row: |g| has a minimum here that is not zero */
 
 enum { ROUNDING = 8 };   /* the gradient is zero below this multiple of its rounding */
@@ -32,13 +34,12 @@ static double length_of(size_t n, const double *step)
     return sqrt(sum);
 }
 
-/* Of s->step, coordinates in units of their kinetic stiffness. */
-static double stiff_length(const struct phys_newton *s)
+/* Of a step, coordinates in units of their kinetic stiffness. */
+static double stiff_length(const struct phys_newton *s, const double *step)
 {
     double sum = 0;
     for (size_t k = 0; k < s->path.n; k++)
-        sum +=
-            s->hessian.stiffness[k / s->settings.slices % s->hessian.dof] * s->step[k] * s->step[k];
+        sum += s->hessian.stiffness[k / s->settings.slices % s->hessian.dof] * step[k] * step[k];
     return sqrt(sum);
 }
 
@@ -221,6 +222,34 @@ static bool improve(struct phys_newton *s, struct phys_path_step *at, size_t *sl
     return true;
 }
 
+/* One step of a length at which the next by the same matrix is shorter: the natural monotonicity
+   test (Deuflhard 2011, section 3.3), blind to the conditioning that gives |g| minima of its own.
+ */
+static bool improve_naturally(struct phys_newton *s, struct phys_path_step *at)
+{
+    const size_t number = at->step + 1;
+    differentiate(s);
+    double from = norm(s), here;
+    if (s->hessian.stopped || !factor(s, 0))
+        return false;
+    find_step(s);
+    memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
+    const double length = stiff_length(s, s->step);
+    for (s->share = fmin(1, 4 * s->share); s->share >= LEAST_SHARE; s->share /= 2) {
+        here = norm_at(s, s->share, number, at);
+        phys_newton_system_step(&s->band, s->gradient, s->tangent);
+        if (stiff_length(s, s->tangent) <= (1 - s->share / 4) * length) {
+            s->settled = false;
+            if (s->share == 1 && (here < FAST * from || here <= s->rounding))
+                repeat(s, number, at);
+            return true;
+        }
+    }
+    memcpy(s->path.x, s->before, s->path.n * sizeof *s->before);
+    *at = phys_path_program_run(&s->path, number - 1);
+    return false;
+}
+
 static enum phys_stop follow(struct phys_newton *s, struct phys_path_step *at)
 {
     enum phys_stop stop = phys_path_program_report(&s->path, at);
@@ -228,7 +257,7 @@ static enum phys_stop follow(struct phys_newton *s, struct phys_path_step *at)
     s->damping = s->first = 0;
     s->arrived = false;
     while (!stop) {
-        bool moved = improve(s, at, &slow);
+        bool moved = s->natural ? improve_naturally(s, at) : improve(s, at, &slow);
         if (moved)
             stop = phys_path_program_report(&s->path, at);
         if (moved && !stop && (s->arrived || (s->settled && at_rounding(s))))
@@ -253,12 +282,12 @@ static bool contracts(struct phys_newton *s)
     if (s->path.surface || !factor(s, 0))
         return false;
     find_step(s);
-    double length = stiff_length(s);
+    double length = stiff_length(s, s->step);
     memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
     norm_at(s, 1, 0, &at);
     find_step(s);
     memcpy(s->path.x, s->before, s->path.n * sizeof *s->before);
-    return stiff_length(s) <= CONTRACTION * length;
+    return stiff_length(s, s->step) <= CONTRACTION * length;
 }
 
 /* Whether the path after `step` steps of Adam is one to begin with: the given one if it is
@@ -302,6 +331,14 @@ static enum ad_status iterate(struct phys_newton *s, double *path, struct phys_p
             return error->status;
         at = phys_path_program_run(&s->path, at.step + 1);
         stop = follow(s, &at);
+    }
+    if (stop == PHYS_STOP_STALLED && !s->path.surface) {
+        phys_path_program_place(&s->path, path);
+        at = phys_path_program_run(&s->path, at.step + 1);
+        s->natural = true;
+        s->share = 1;
+        stop = follow(s, &at);
+        s->natural = false;
     }
     if (s->band.no_memory)
         return ad_fail(error, AD_E_MEMORY, "out of memory for a step of newton");

@@ -23,6 +23,7 @@ struct phys_climb {
     struct phys_grid given;
     size_t adam_steps, placed;                /* placed: how often the elements were */
     double time, tolerance, ends_error, size; /* size: the path's largest coordinate */
+    double *approach;                         /* the guess, where it is another than that given */
     double *unit;                             /* [dof]: of the last path found (path_units.h) */
     struct phys_stage before, here;
     struct phys_newton newton; /* of c->here, unless the time is free */
@@ -56,6 +57,11 @@ enum ad_status phys_climb_mesh(struct phys_climb *c, struct ad_error *error);
 /* The path of c->here. A level whose path is not found is none to compare with. */
 enum ad_status phys_climb_solve(struct phys_climb *c, struct phys_level *level,
                                 struct ad_error *error);
+
+/* Another guess, on the grid of c->given by a rule, and c->to->approach what it is (approach.c);
+   c->approach is NULL where there is none. AD_E_ACCURACY where it is interrupted. */
+enum ad_status phys_climb_approach(struct phys_climb *c, const struct phys_rule *rule,
+                                   struct ad_error *error);
 
 /* ---- its error (error.c) ---- */
 

@@ -135,14 +135,15 @@ static bool climb_rungs(struct phys_climb *c, const struct phys_rule *rule, size
 static enum ad_status climb_once(struct phys_climb *c, const struct phys_rule *given,
                                  struct ad_error *error)
 {
-    size_t first = c->given.mesh ? c->given.slices - 1 : COARSEST;
     const struct phys_rule *coarse = phys_rule_find("gauss2", error);
+    const struct phys_rule *only = c->approach ? c->given.rule : given;
+    size_t first = c->given.mesh || c->approach ? c->given.slices - 1 : COARSEST;
     c->high = false;
-    if (given ? climb_rungs(c, given, first, PHYS_FINEST, false, error)
-              : climb_rungs(c, coarse, first, CHEAP, true, error) ||
-                    (!c->high && climb_rungs(c, phys_rule_find("gauss4", error),
-                                             first < 2 * COARSEST ? 2 * COARSEST : first,
-                                             PHYS_FINEST, true, error)))
+    if (only ? climb_rungs(c, only, first, PHYS_FINEST, !given, error)
+             : climb_rungs(c, coarse, first, CHEAP, true, error) ||
+                   (!c->high && climb_rungs(c, phys_rule_find("gauss4", error),
+                                            first < 2 * COARSEST ? 2 * COARSEST : first,
+                                            PHYS_FINEST, true, error)))
         return error->status;
     const struct phys_level *last = &c->to->level[c->to->n - 1];
     return ad_fail(error, AD_E_ACCURACY,
@@ -151,20 +152,36 @@ static enum ad_status climb_once(struct phys_climb *c, const struct phys_rule *g
                    c->tolerance, last->elements, last->rule->name, last->estimate);
 }
 
-/* First where Newton's method converges with the fewest steps of Adam, which may lead each level
-   elsewhere from a guess far from every path, or to one that cannot be known; then after all of
-   them, and where no path is agreed on, as from a line to a kink, after more. */
+/* What is tried next. First Newton's method where it converges with the fewest steps of Adam, which
+   may lead each level elsewhere from a guess far from every path, or to one that cannot be known;
+   then after all of them, and where no path is agreed on, as from a line to a kink, after more; at
+   last from another guess. */
+static bool next_try(struct phys_climb *c, const struct phys_rule *given, struct ad_error *error)
+{
+    if (c->sparing) {
+        c->sparing = false;
+        return true;
+    }
+    if (!c->to->unsettled || c->approach)
+        return false;
+    if (c->adam_steps < DESCENT) {
+        c->adam_steps = DESCENT;
+        return true;
+    }
+    if (phys_climb_free_time(c))
+        return false;
+    c->adam_steps = 0;
+    return phys_climb_approach(c, given ? given : phys_rule_find("gauss4", error), error) ==
+               AD_OK &&
+           c->approach;
+}
+
 static enum ad_status climb_all(struct phys_climb *c, const struct phys_rule *given,
                                 struct ad_error *error)
 {
     struct ad_error lost = {0};
-    for (c->sparing = c->adam_steps > 0;; c->sparing = false) {
-        climb_once(c, given, &lost);
-        const bool more = c->to->unsettled && c->adam_steps < DESCENT;
-        if (lost.status != AD_E_ACCURACY || !(c->sparing || more))
-            break;
-        if (!c->sparing)
-            c->adam_steps = DESCENT;
+    c->sparing = c->adam_steps > 0;
+    while (climb_once(c, given, &lost) == AD_E_ACCURACY && next_try(c, given, error)) {
         drop(&c->before);
         drop(&c->here);
         phys_spectrum_free(&c->to->spectrum);
@@ -172,7 +189,9 @@ static enum ad_status climb_all(struct phys_climb *c, const struct phys_rule *gi
         c->to->unsettled = c->to->singular = c->doubted = c->parted = false;
         lost = (struct ad_error){0};
     }
-    return lost.status == AD_OK ? AD_OK : ad_fail(error, lost.status, "%s", lost.message);
+    if (error->status == AD_OK && lost.status != AD_OK)
+        ad_fail(error, lost.status, "%s", lost.message);
+    return error->status;
 }
 
 enum ad_status phys_path_refine(const struct phys_system *system,
@@ -228,7 +247,7 @@ enum ad_status phys_path_refine(const struct phys_system *system,
     phys_newton_free(&c.newton);
     drop(&c.before);
     drop(&c.here);
-    free(c.unit);
+    AD_FREE(c.unit, c.approach);
     return error->status;
 }
 

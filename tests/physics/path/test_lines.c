@@ -88,12 +88,62 @@ static enum ad_status on_the_ellipsoid(const void *params, uint64_t seed, double
     return AD_OK;
 }
 
+static enum ad_status excited_three(const void *params, uint64_t seed, double *q, double *v,
+                                    struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = 0.2, q[1] = 0.1, q[2] = 0, v[0] = 0.5, v[1] = 0.8, v[2] = 0;
+    return AD_OK;
+}
+
+static ad_var plus_square(double a, ad_var x) { return ad_add(a, ad_square(x)); }
+
+/* Wells where masses vary with the place: |g| has minima of its own there. */
+static ad_var one_mass(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    ad_var m = plus_square(0.8, ad_atan2(ad_sin(q), ad_add(3.0, ad_cos(ad_cos(q)))));
+    return ad_sub(ad_mul(ad_mul(0.5, m), ad_square(v)), ad_add(q, ad_mul(0.3, ad_square(q))));
+}
+
+static ad_var two_masses(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    ad_var x = ad_row(q, 0), y = ad_row(q, 1), vx = ad_row(v, 0);
+    ad_var vy = ad_add(ad_row(v, 1), ad_mul(0.3, vx));
+    ad_var T = ad_add(ad_mul(plus_square(0.8, ad_sin(ad_mul(x, y))), ad_square(vx)),
+                      ad_mul(plus_square(0.8, x), ad_square(vy)));
+    ad_var A = ad_mul(0.369664, ad_atan2(0.918, ad_add(3.0, ad_cos(y))));
+    ad_var V = ad_tanh(ad_sin(ad_sqrt(plus_square(1, ad_sin(x)))));
+    return ad_sub(ad_add(ad_mul(0.5, T), ad_mul(vx, A)),
+                  ad_add(V, ad_mul(0.3, ad_sum_rows(ad_square(q)))));
+}
+
+static ad_var three_masses(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    ad_var x = ad_row(q, 0), y = ad_row(q, 1), z = ad_row(q, 2), vx = ad_row(v, 0);
+    ad_var vy = ad_row(v, 1), a = ad_add(vy, ad_mul(0.3, vx));
+    ad_var b = ad_add(ad_row(v, 2), ad_mul(0.3, vy));
+    ad_var mx = plus_square(0.8, ad_div(0.699, plus_square(1.2, ad_div(y, plus_square(1.2, z)))));
+    ad_var my = plus_square(0.8, ad_sin(x));
+    ad_var mz = plus_square(0.8, ad_exp(ad_sin(ad_exp(ad_sin(x)))));
+    ad_var T = ad_add(ad_mul(mx, ad_square(vx)),
+                      ad_add(ad_mul(my, ad_square(a)), ad_mul(mz, ad_square(b))));
+    ad_var dip = ad_div(ad_sub(y, 1.168), plus_square(1.2, ad_sub(y, 1.173)));
+    ad_var V = ad_add(ad_atan2(z, 3.698), ad_tanh(dip));
+    return ad_sub(ad_add(ad_mul(0.5, T), ad_mul(vx, ad_mul(y, ad_square(z)))),
+                  ad_add(V, ad_mul(0.3, ad_sum_rows(ad_square(q)))));
+}
+
 static const struct {
     const char *name;
     double time;
     size_t dof; /* 0: a scene of the library */
     phys_lagrangian *lagrangian;
     scene_start *start;
+    double end[3][2];     /* instead of those of a motion from the start */
+    const char *approach; /* how the path was approached */
 } problems[] = {
     {.name = "pendulum", .time = 99},
     {.name = "dblpend", .time = 2.5},
@@ -101,10 +151,25 @@ static const struct {
     {.name = "kepler", .time = 2.5},
     {.name = "figure8", .time = 3.16},
     {.name = "pythagorean", .time = 1.5},
-    {"transfer", 200 * 86400., 2, transfer, from_earth},
-    {"toda", 1, SITES, toda, excited},
-    {"driven", 6, 1, driven, at_an_angle},
-    {"ellipsoid", 1.5, 2, ellipsoid, on_the_ellipsoid},
+    {"transfer", 200 * 86400., 2, transfer, from_earth, {{0}}, NULL},
+    {"toda", 1, SITES, toda, excited, {{0}}, NULL},
+    {"driven", 6, 1, driven, at_an_angle, {{0}}, NULL},
+    {"ellipsoid", 1.5, 2, ellipsoid, on_the_ellipsoid, {{0}}, NULL},
+    {"one-mass", 3.56, 1, one_mass, at_an_angle, {{0.84, 0.21}}, "a path of a shorter time"},
+    {"two-masses",
+     3.73,
+     2,
+     two_masses,
+     on_the_ellipsoid,
+     {{0.87, -0.33}, {0.4, -0.94}},
+     "a motion from the same start"},
+    {"three-masses",
+     3.15,
+     3,
+     three_masses,
+     excited_three,
+     {{0.27, -0.38}, {-0.62, -0.42}, {-0.81, 0.53}},
+     NULL},
 };
 
 static void problems_of_boundary_value_codes(void **state)
@@ -124,6 +189,9 @@ static void problems_of_boundary_value_codes(void **state)
         double *ends = malloc(2 * system.dof * sizeof *ends), size = 0;
         phys_scene_path(&system, 1, &how, 2, problems[k].time, ends, &error);
         assert_no_error(&error);
+        const bool between = problems[k].end[0][0] != 0;
+        if (between)
+            memcpy(ends, problems[k].end, 2 * system.dof * sizeof *ends);
         for (size_t i = 0; i < 2 * system.dof; i++)
             size = fmax(size, fabs(ends[i]));
         struct phys_path_settings settings = phys_path_defaults(&system);
@@ -133,9 +201,12 @@ static void problems_of_boundary_value_codes(void **state)
         settings.slices = 2;
         settings.dt = problems[k].time;
         settings.adam_steps = 200;
-        phys_path_refine(&system, &settings, ends, 0, 1e-6 * size, &refined, &error);
+        phys_path_refine(&system, &settings, ends, 0, (between ? 1e-9 : 1e-6) * size, &refined,
+                         &error);
         if (error.status != AD_OK)
             fail_msg("%s: %s", problems[k].name, error.message);
+        assert_string_equal(refined.approach ? refined.approach : "",
+                            problems[k].approach ? problems[k].approach : "");
         settings = *refined.settings;
         settings.refined = &refined;
         const size_t bytes = settings.rule->degree * system.dof * settings.slices * sizeof(double);
