@@ -28,6 +28,16 @@ static bool fails(void)
            (alloc.calls == alloc.failing || (alloc.all_after && alloc.calls > alloc.failing));
 }
 
+/* What is freed has no trace of the number, so that no place is counted twice. */
+static void look_for_marked(double *number, size_t n)
+{
+    for (size_t k = 0; k < n; k++)
+        if (number[k] == alloc.marked) {
+            alloc.places++;
+            number[k] = 0;
+        }
+}
+
 static void hold(long bytes)
 {
     alloc.held += bytes;
@@ -77,6 +87,8 @@ void __wrap_free(void *block)
 {
     alloc.taken += block != NULL;
     hold(-(long)malloc_usable_size(block));
+    if (alloc.marked != 0)
+        look_for_marked(block, malloc_usable_size(block) / sizeof(double));
     __real_free(block);
 }
 

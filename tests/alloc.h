@@ -13,6 +13,8 @@ struct alloc {
     bool all_after;      /* ... and every one after it */
     size_t given, taken; /* blocks handed out and given back */
     long held, most;     /* bytes of them now, and at most */
+    double marked;       /* not 0: a number, and in how many places of freed blocks it stood */
+    size_t places;
 };
 
 extern struct alloc alloc;

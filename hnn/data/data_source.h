@@ -29,7 +29,9 @@ struct hnn_source {
     size_t mixed_line;          /* first row, where it has words among its numbers; 0: none */
     bool ordered;               /* columns stand as their author put them */
     unsigned long crc;          /* of what was read, of text: all lines, whatever is needed */
-    bool skip_missing;          /* set before the first read: missing values are read as NaN */
+    bool skip_missing;          /* set before the first read: missing values are read as NaN, or
+                                   their rows left out */
+    size_t left_out;            /* how many rows were */
 };
 
 /* Opens a file of either kind. `file` must outlive it. `skip`: lines of text left out at its

@@ -58,7 +58,8 @@ static enum ad_status make_room(struct hnn_table *table, struct ad_error *error)
     return AD_OK;
 }
 
-/* Leaves out those of `rows` new rows that lack a value; from[i] is where row i was among them. */
+/* Leaves out those of `rows` new rows that lack a value, where the source has not; from[i] is where
+   row i was among them. */
 static size_t leave_out_missing(const struct hnn_table *table, size_t rows,
                                 size_t from[PHYS_CSV_ROWS])
 {
@@ -121,6 +122,7 @@ static enum ad_status read_rows(struct hnn_table *table, struct hnn_source *sour
         table->rows += kept;
         look_at_times(table, source, kept, from, error);
     }
+    table->missing += source->left_out;
     AD_FREE(from, to);
     return error->status;
 }

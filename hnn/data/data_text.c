@@ -13,9 +13,10 @@ static enum ad_status text_read(struct hnn_source *source, size_t room, double *
                                 size_t *rows, struct ad_error *error)
 {
     struct phys_csv *csv = &((struct text *)source)->csv;
-    csv->skip_missing = source->skip_missing;
+    csv->skip_missing = csv->leave_out = source->skip_missing;
     phys_csv_read(csv, room, to, 1, rows, error);
     source->crc = csv->lines.crc;
+    source->left_out = csv->left_out;
     return error->status;
 }
 

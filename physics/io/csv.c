@@ -91,6 +91,14 @@ static enum ad_status read_row(const struct phys_csv *csv, double *const *to, si
     return column == csv->columns ? AD_OK : phys_csv_refuse_length(csv, column, error);
 }
 
+static bool lacks_value(const struct phys_csv *csv, double *const *to, size_t row)
+{
+    for (size_t c = 0; c < csv->columns; c++)
+        if (to[c] && isnan(to[c][row]))
+            return true;
+    return false;
+}
+
 enum ad_status phys_csv_read(struct phys_csv *csv, size_t room, double *const *to, size_t stride,
                              size_t *rows, struct ad_error *error)
 {
@@ -100,7 +108,10 @@ enum ad_status phys_csv_read(struct phys_csv *csv, size_t room, double *const *t
         if (p && !phys_csv_comment(p, csv->stop)) {
             if (read_row(csv, to, *rows * stride, error) != AD_OK)
                 return error->status;
-            csv->line[(*rows)++] = csv->lines.line;
+            if (csv->leave_out && lacks_value(csv, to, *rows * stride))
+                csv->left_out++;
+            else
+                csv->line[(*rows)++] = csv->lines.line;
         }
         if (phys_csv_line(csv, error) != AD_OK)
             return error->status;

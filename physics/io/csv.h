@@ -37,6 +37,8 @@ struct phys_csv {
     const char *file;
     bool matrix;                /* set before phys_csv_open: as phys_table_read describes */
     bool skip_missing;          /* missing values are read as NaN; else they are refused */
+    bool leave_out;             /* ... and rows in which a needed column lacks one are left out */
+    size_t left_out;            /* how many rows so far */
     size_t columns, names_line; /* line that names the columns; 0: none */
     char **name;                /* [columns], NULL where a column has none; NULL: no names at all */
     size_t units_line;          /* line below it without a number, left out; 0: none */
