@@ -30,7 +30,7 @@ static const double FINEST = 1e-12;
 struct scan {
     ad_tape *tape;
     ad_program *program;
-    ad_var q, v, t, seen[2]; /* forces, then L; which of these is sampled */
+    ad_var q, v, t, seen[2]; /* forces, then L; which of these is searched */
     size_t which;
     double t0, t1;
     /* of a motion: its states x [2 dof][n] at times at [n], the interval last interpolated, and
@@ -97,8 +97,9 @@ static void interpolate(struct scan *s, double t, size_t j)
     }
 }
 
-/* At n times from a to b, n a multiple of COLUMNS. */
-static void sample(struct scan *s, double a, double b, size_t n, double *force)
+/* At n times from a to b, n a multiple of COLUMNS; `other`, where it is not NULL: what is not
+   searched. */
+static void sample(struct scan *s, double a, double b, size_t n, double *force, double *other)
 {
     double t[COLUMNS];
     for (size_t i = 0; i < n; i += COLUMNS) {
@@ -113,6 +114,8 @@ static void sample(struct scan *s, double a, double b, size_t n, double *force)
         ad_set(s->program, s->t, t);
         ad_run(s->program);
         ad_get(s->program, s->seen[s->which], force + i);
+        if (other)
+            ad_get(s->program, s->seen[!s->which], other + i);
     }
 }
 
@@ -133,7 +136,8 @@ static void measure_density(double a, double b, size_t n, double largest, double
             high = f[k] > high ? f[k] : high;
         }
         double clock = fabs(a + (double)i * step) / step; /* rounding of t, in steps */
-        double size = fmax(largest, fmax(fabs(low), fabs(high)));
+        double size = fabs(low) > fabs(high) ? fabs(low) : fabs(high);
+        size = size > largest ? size : largest;
         double noise = DBL_EPSILON * (64 * size + clock * (high - low));
         double density = rough > 4 * noise ? sqrt(sqrt(rough)) : 0; /* NaN: 0 */
         force[i] = rough > ABRUPT * (high - low) ? -density : density;
@@ -147,14 +151,15 @@ static void land(struct scan *s, double a, double b, size_t n, const double *den
 {
     double all = 0, sum = 0, near = (s->t1 - s->t0) / (2 * LANDINGS), last = -INFINITY;
     size_t next = 1;
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = 0; i < n && count > 0; i++)
         all += fabs(density[i]);
+    double share = all / (double)(count + 1);
     for (size_t i = 0; i < n && all > 0; i++) {
         sum += fabs(density[i]);
-        if (sum < all * (double)next / (double)(count + 1))
+        if (sum < share)
             continue;
-        while (sum >= all * (double)next / (double)(count + 1))
-            next++;
+        while (sum >= share)
+            share = all * (double)++next / (double)(count + 1);
         double t = a + (b - a) * (double)i / (double)(n - 1);
         if (t - last < near && t > s->t0 && t < s->t1 && s->to->n < s->most)
             s->to->times[s->to->n++] = t;
@@ -162,13 +167,12 @@ static void land(struct scan *s, double a, double b, size_t n, const double *den
     }
 }
 
-/* Scans from a to b, then every stretch that n times do not resolve. A finer grid has the peak of a
-   change: beside that its tails, where a force such as 1 - tanh^2 is rounding, are nothing; a first
-   one may have no more than a tail. room [n] */
+/* Samples [n] from a to b, then every stretch that n times do not resolve. A finer grid has the
+   peak of a change: beside that its tails, where a force such as 1 - tanh^2 is rounding, are
+   nothing; a first one may have no more than a tail. */
 static void search(struct scan *s, double a, double b, size_t n, size_t count, double largest,
                    double *room)
 {
-    sample(s, a, b, n, room);
     for (size_t i = 0; i < n && n < GRID; i++)
         largest = fmax(largest, fabs(room[i]));
     measure_density(a, b, n, largest, room);
@@ -185,19 +189,21 @@ static void search(struct scan *s, double a, double b, size_t n, size_t count, d
             s->to->unresolved = fmin(s->to->unresolved, from);
         } else if (until - from > FINEST * (s->t1 - s->t0)) {
             s->runs++;
+            sample(s, from, until, COLUMNS, finer, NULL);
             search(s, from, until, COLUMNS, LANDINGS_OF_ONE, largest, finer);
         }
     }
 }
 
 /* The forces; and L, where a front that passes in less than a step of the grid leaves another
-   value. What L changes without forces need not be resolved. */
+   value. What L changes without forces need not be resolved. room [2 GRID] */
 static void search_all(struct scan *s, double *room)
 {
+    sample(s, s->t0, s->t1, GRID, room, room + GRID);
     search(s, s->t0, s->t1, GRID, LANDINGS, 0, room);
     const double unresolved = s->to->unresolved;
     s->which = 1;
-    search(s, s->t0, s->t1, GRID, 0, 0, room);
+    search(s, s->t0, s->t1, GRID, 0, 0, room + GRID);
     s->to->unresolved = unresolved;
 }
 
@@ -220,7 +226,7 @@ enum ad_status phys_time_scan(const struct phys_system *system, const double *q,
     *scan = (struct phys_time_scan){.unresolved = INFINITY};
     if (phys_keeps_energy(system, error) || error->status != AD_OK)
         return error->status;
-    scan->times = malloc((2 * MOST + GRID) * sizeof *scan->times);
+    scan->times = malloc(2 * (MOST + GRID) * sizeof *scan->times);
     if (!scan->times)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     if (record(&s, system, q, v, error) == AD_OK)
