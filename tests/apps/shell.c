@@ -18,7 +18,7 @@
 #include <unistd.h>
 #include <wordexp.h>
 
-static char folder[] = "/tmp/leastaction-command-XXXXXX";
+static char folder[256];
 static char out[1 << 20], err[1 << 16], path[512];
 
 static const char *build(void)
@@ -42,6 +42,8 @@ int shell_setup(void **state)
     const char *given = getenv("LEASTACTION");
     snprintf(name, sizeof name, "%s/leastaction", build());
     char *command = realpath(given ? given : name, NULL);
+    const char *base = getenv("TMPDIR");
+    snprintf(folder, sizeof folder, "%s/leastaction-command-XXXXXX", base ? base : "/tmp");
     if (!root || !command || !mkdtemp(folder)) {
         fprintf(stderr, "no command %s: build it first\n", given ? given : name);
         return -1;

@@ -58,7 +58,7 @@ static const char *const lines[] = {
     "check kepler --entries 5 --json",
     "quantum --points 257 --steps 3 --out a.h5 --csv a.csv --quiet",
     "quantum --scene pendulum --method fft --dt .1 --steps 2 --json --force",
-    "quantum --scene double-slit --steps 74 --json",
+    "quantum --scene double-slit --steps 74 --points 170 --json",
     "dataset spring --trials 2 --points 5 --out b.csv --quiet",
     "dataset pixels --trials 1 --points 3 --out a.h5 --quiet",
     "train data.csv --hidden 4 --steps 3 --test-fraction 0.2 --out a.h5 --log a.csv --quiet",
@@ -113,7 +113,7 @@ static int setup(void **state)
         return -1;
     return shell(
         "ln -s $ROOT include && printf 'x,y,v_x,v_y\\n1,0,0,1\\n1,0,0,.9\\n' >starts.csv && "
-        "$LA simulate spring --time 3 --csv still.csv --quiet && "
+        "$LA simulate spring --time 3 --samples 20 --csv still.csv --quiet && "
         "$LA dataset spring --trials 5 --out data.csv --quiet && "
         "$LA train data.csv --hidden 4 --steps 3 --out model.h5 --quiet");
 }
