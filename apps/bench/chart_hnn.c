@@ -11,7 +11,8 @@ size_t networks_of_chart(size_t width, struct network networks[NETWORKS_MOST])
         for (size_t k = 0; k < 2; k++)
             for (size_t t = 0; t < 2; t++)
                 if (!width || widths[w] == width)
-                    networks[n++] = (struct network){kinds[k], types[t], widths[w]};
+                    networks[n++] =
+                        (struct network){kinds[k], types[t], widths[w], PUBLISHED_BATCH};
     return n;
 }
 

@@ -10,14 +10,17 @@
    is measured by --quick. */
 enum { QUICK_WIDTH = 50, PUBLISHED_WIDTH = 200, PUBLISHED_BATCH = 750 };
 
-/* One network that is measured; the published one but for these. */
+/* One network that is measured, and the samples of a step; the published one but for these. */
 struct network {
     enum hnn_kind kind;
     enum ad_type type;
-    size_t width;
+    size_t width, batch;
 };
 
-enum { NETWORKS_MOST = 16 };
+/* A wide one: its products take nearly all of a step. */
+#define WIDE_NETWORK ((struct network){HNN_HAMILTONIAN, AD_F32, 1000, 1024})
+
+enum { NETWORKS_MOST = 16 + 1 }; /* of networks_of_chart, and the wide one */
 
 /* One width, or with 0 each, as HNN and baseline, in f32 and f64; returns how many. */
 size_t networks_of_chart(size_t width, struct network networks[NETWORKS_MOST]);

@@ -37,7 +37,7 @@ static const struct column columns[] = {
     {.key = "model", .title = "model", .width = -9},
     {.key = "precision", .title = "type", .width = 4},
     {.key = "threads", .title = "threads", .width = 7, .shown = 3},
-    {.key = "batch"},
+    {.key = "batch", .title = "samples", .width = 7, .shown = 5},
     {.key = "width", .title = "width", .width = 5, .shown = 5},
     {.key = "step_ms", .digits = 4, .title = "ms/step", .width = 9, .shown = 2, .fixed = true},
     {.key = "blas_share", .digits = 3, .title = "OpenBLAS", .width = 9, .shown = 2, .fixed = true},
@@ -58,15 +58,15 @@ static enum ad_status one_network(bool quick, const struct network *network, str
     struct training_speed s;
     double field_us = NAN;
     const struct hnn_settings model = network_settings(network);
-    size_t rounds = (size_t)(quick ? ROUNDS_QUICK : ROUNDS) * PUBLISHED_WIDTH / network->width;
+    size_t rounds = 1 + (size_t)(quick ? ROUNDS_QUICK : ROUNDS) * PUBLISHED_WIDTH / network->width;
     field_microseconds(network, rounds, &field_us, error);
     for (size_t threads = 1; threads <= THREADS && error->status == AD_OK; threads++) {
-        if (training_speed_measure(&model, PUBLISHED_BATCH, threads, rounds, &s, error) != AD_OK)
+        if (training_speed_measure(&model, network->batch, threads, rounds, &s, error) != AD_OK)
             break;
         double least = s.products_ms + s.activation_ms;
         sheet_row(sheet,
                   ROW(NAME(hnn_kinds[network->kind]), NAME(hnn_precisions[network->type]),
-                      NUMBER(threads), NUMBER(PUBLISHED_BATCH), NUMBER(network->width),
+                      NUMBER(threads), NUMBER(network->batch), NUMBER(network->width),
                       NUMBER(s.step_ms), NUMBER(s.share), NUMBER(s.products_ms),
                       NUMBER(s.activation_ms), NUMBER(least), NUMBER(s.step_ms / least),
                       NUMBER(s.hand_ms), NUMBER(s.hand_ratio), NUMBER(field_us)),
@@ -79,14 +79,15 @@ enum ad_status chart_steps(struct chart *chart, struct ad_error *error)
 {
     struct network networks[NETWORKS_MOST];
     size_t n = networks_of_chart(chart->quick ? QUICK_WIDTH : 0, networks);
+    if (!chart->quick)
+        networks[n++] = WIDE_NETWORK;
     struct sheet *sheet = chart_sheet(chart, "hnn-steps", columns, error);
     for (size_t k = 0; k < n && error->status == AD_OK; k++)
         one_network(chart->quick, &networks[k], sheet, error);
     sheet_json(sheet, "steps", &chart->json);
     if (error->status == AD_OK && !chart->quiet)
-        printf("a step of Adam on %d samples, 2-width-width-outputs, tanh; OpenBLAS: its share of "
-               "loss and gradient\non one thread; ratio: to the floor, the products and the tanh "
-               "alone, and to the step by hand; field: of one state\n\n",
-               PUBLISHED_BATCH);
+        puts("a step of Adam, 2-width-width-outputs, tanh; OpenBLAS: its share of loss and "
+             "gradient\non one thread; ratio: to the floor, the products and the tanh alone, and to "
+             "the step by hand; field: of one state\n");
     return error->status;
 }

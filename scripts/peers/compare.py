@@ -28,6 +28,7 @@ PACKET_ACCURACIES = 1e-2, 1e-3, 1e-4
 COLUMNS = "job", "peer", "version", "seconds", "ratio", "difference", "contains", "note"
 US, INTERPRETED, BY_HAND = "leastaction", "leastaction, interpreted", "C by hand"
 ADAM_STEPS = 100
+WIDTHS = {"200": "", "1000": " 1000"}  # of trainings, as in their names
 CONTAINS = {  # what a time contains, by the beginning of a peer's name; compiling is in none
     "JAX jit; loop": "the job, in a loop of one jit",
     "JAX": "the job and its dispatch from Python",
@@ -223,8 +224,8 @@ def our_derivatives(row):
 
 def our_training(rows):
     for row in rows:
-        if (row["threads"], row["width"]) == ("1", "200"):
-            job = f"training {row['model']} {row['precision']}"
+        if row["threads"] == "1" and row["width"] in WIDTHS:
+            job = f"training {row['model']} {row['precision']}{WIDTHS[row['width']]}"
             yield job, US, "", 1e-3 * float(row["step_ms"]), ""
 
 

@@ -35,9 +35,9 @@ def adam(t, x, g, m, v):
     return x - 1e-3 * m / (1 - 0.9**t) / root, m, v
 
 
-def step_of(model, precision):
-    x, rates = samples(precision)
-    rate = field if model == "hnn" else output
+def step_of(network):
+    x, rates = samples(network)
+    rate = field if network.model == "hnn" else output
 
     @jax.jit
     def next_state(t, *state):
@@ -45,10 +45,10 @@ def step_of(model, precision):
         moved = [adam(t, x, g, m, v) for g, x, m, v in zip(g, *state)]
         return loss, *map(list, zip(*moved))
 
-    weights = [jnp.asarray(a) for a in parameters(model, precision)]
+    weights = [jnp.asarray(a) for a in parameters(network)]
     zeros = [jnp.zeros_like(a) for a in weights]
     state = [weights, zeros, zeros]
-    count = PRECISIONS[precision](0)
+    count = PRECISIONS[network.precision](0)
 
     def step():
         nonlocal state, count

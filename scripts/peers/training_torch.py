@@ -8,39 +8,39 @@ import torch
 from torch.func import functional_call, grad
 
 from actions import QUICK
-from training import OUTPUTS, WIDTH, parameters, report, samples
+from training import OUTPUTS, parameters, report, samples
 
 torch.set_num_threads(1)
 SYMPLECTIC = torch.tensor([[0.0, 1.0], [-1.0, 0.0]])
 
 
-def network(outputs):
+def layers(width, outputs):
     return torch.nn.Sequential(
-        torch.nn.Linear(2, WIDTH),
+        torch.nn.Linear(2, width),
         torch.nn.Tanh(),
-        torch.nn.Linear(WIDTH, WIDTH),
+        torch.nn.Linear(width, width),
         torch.nn.Tanh(),
-        torch.nn.Linear(WIDTH, outputs, bias=False),
+        torch.nn.Linear(width, outputs, bias=False),
     )
 
 
-def start(model, precision):
-    dtype = {"f32": torch.float32, "f64": torch.float64}[precision]
-    net = network(OUTPUTS[model]).to(dtype)
+def start(network):
+    dtype = {"f32": torch.float32, "f64": torch.float64}[network.precision]
+    net = layers(network.width, OUTPUTS[network.model]).to(dtype)
     with torch.no_grad():
-        for mine, value in zip(net.parameters(), parameters(model, precision)):
+        for mine, value in zip(net.parameters(), parameters(network)):
             mine.copy_(torch.tensor(value))
     optimiser = torch.optim.Adam(net.parameters(), 1e-3, weight_decay=1e-4)
-    x, rates = (torch.tensor(a) for a in samples(precision))
+    x, rates = (torch.tensor(a) for a in samples(network))
     return net, optimiser, x, rates, SYMPLECTIC.to(dtype)
 
 
-def eager(model, precision):
-    net, optimiser, x, rates, J = start(model, precision)
-    x.requires_grad_(model == "hnn")
+def eager(network):
+    net, optimiser, x, rates, J = start(network)
+    x.requires_grad_(network.model == "hnn")
 
     def field():
-        if model == "baseline":
+        if network.model == "baseline":
             return net(x)
         return torch.autograd.grad(net(x).sum(), x, create_graph=True)[0] @ J.t()
 
@@ -54,15 +54,15 @@ def eager(model, precision):
     return step
 
 
-def compiled(model, precision):
-    net, optimiser, x, rates, J = start(model, precision)
+def compiled(network):
+    net, optimiser, x, rates, J = start(network)
     weights = dict(net.named_parameters())
 
     def loss(weights):
         def output(at):
             return functional_call(net, weights, at)
 
-        out = output(x) if model == "baseline" else grad(lambda at: output(at).sum())(x) @ J.t()
+        out = output(x) if network.model == "baseline" else grad(lambda at: output(at).sum())(x) @ J.t()
         return (rates - out).pow(2).mean()
 
     slopes = torch.compile(torch.func.grad_and_value(loss))

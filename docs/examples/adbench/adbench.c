@@ -287,6 +287,7 @@ int main(int argc, char **argv)
         by_hand *hand; /* NULL: there is none */
     } problems[] = {
         {"gmm d10 K25", adbench_gmm, {10, 25, 1000}, adbench_gmm_by_hand},
+        {"gmm d10 K5 large", adbench_gmm, {10, 5, 100000}, adbench_gmm_by_hand},
         {"gmm d20 K50", adbench_gmm, {20, 50, 1000}, adbench_gmm_by_hand},
         {"ba 1", adbench_ba, {49, 7776, 31843}, adbench_ba_by_hand},
         {"lstm l2 c1024", adbench_lstm, {2, 14, 1024}, NULL},

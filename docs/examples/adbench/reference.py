@@ -187,6 +187,7 @@ def scalar(y):
 
 
 for name, (start, f) in {"gmm d10 K25": gmm(10, 25, 1000), "gmm d20 K50": gmm(20, 50, 1000),
+                         "gmm d10 K5 large": gmm(10, 5, 100000),
                          "ba 1": ba(49, 7776, 31843), "lstm l2 c1024": lstm(2, 14, 1024),
                          "lstm l2 c65536": lstm(2, 14, 65536),
                          "hand c100": hand(100, False), "hand c100000": hand(100000, False),

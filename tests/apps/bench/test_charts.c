@@ -207,7 +207,7 @@ static void test_hnn_losses(void **state)
     (void)state;
     enum { STEPS = 20 };
     struct table *t = table_read("hnn-losses.csv");
-    table_expect_header(t, "model,precision,step,loss");
+    table_expect_header(t, "model,precision,width,batch,step,loss");
     assert_int_equal(t->rows, 2 * 2 * STEPS); /* kinds, precisions */
     for (size_t r = 0; r < t->rows; r++) {
         if (table_is(t, r, "precision", "f64"))
