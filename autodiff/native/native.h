@@ -54,6 +54,10 @@ size_t ad_native_vector_bytes(const ad_program *program);
 /* Writes types, loads, stores and operations for vectors of `lanes`. */
 void ad_native_vectors(FILE *out, const ad_program *program, uint32_t lanes);
 
+/* Whether vectors of results that no segment reads are stored past the caches, which what the
+   program holds would fill. */
+bool ad_native_streams(const ad_program *program);
+
 /* Writes function s<number>, of type ad_segment_code, or j<number of the first> of n segments in
    one loop; false when out of memory. */
 bool ad_native_segment(FILE *out, const ad_program *program, size_t n,

@@ -41,7 +41,9 @@ static void write_value(struct writer *w, const struct instruction *in)
     const struct loc *o = &w->p->locs[in->loc[0]];
     if (o->base != BASE_TILE) {
         if (ad_native_is_read(w, in->value, o->base, ad_native_at(w, o))) {
-            ad_native_say(w, "store@(");
+            bool stream = o->base == BASE_MEMORY && w->walk->lanes > 1 &&
+                          w->p->last[in->value] == UINT32_MAX && ad_native_streams(w->p);
+            ad_native_say(w, stream ? "stream@(" : "store@(");
             ad_native_address(w, o);
             ad_native_say(w, ", v%u_%u);\n", in->loc[0], w->k);
         }

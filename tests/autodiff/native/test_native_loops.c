@@ -1,8 +1,9 @@
 /* Random programs of few rows, whose segments share one loop over columns
    (autodiff/native/loops.c): sums over rows, gathers, scatters, views, neighbouring columns and
    their adjoints, first and second derivatives, any number of columns, in passes and not, both
-   types, all instruction sets. Machine code against the interpreter, and the same bits on several
-   threads. By hand: test_native_loops PROGRAMS SEED, by CC and with its optimization. */
+   types, all instruction sets; results stored past the caches and not. Machine code against the
+   interpreter, and the same bits on several threads. By hand: test_native_loops PROGRAMS SEED, by
+   CC and with its optimization. */
 #include "native_batch.h"
 #include "tests/autodiff/support.h"
 #include "tests/native.h"
@@ -11,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { BEYOND_CACHES = 1 << 30 };
 enum { MOST = 60, INPUTS = 3, OUTPUTS = 6, MOST_COLUMNS = 140, PASS_COLUMNS = 64 };
 
 struct subject {
@@ -21,6 +23,7 @@ struct subject {
     double *at[INPUTS];
     ad_program *program, *compiled;
     bool joined, beyond; /* segments share a loop; in blocks, with columns beyond them */
+    bool streamed;       /* results are stored past the caches */
 };
 
 static ad_var any(struct subject *s)
@@ -124,11 +127,14 @@ static void open_subject(struct subject *s, uint64_t seed)
         ad_set(s->program, s->in[k], s->at[k]);
         ad_set(s->compiled, s->in[k], s->at[k]);
     }
+    if (seed / 2 % 2) /* as if it held so much */
+        s->compiled->memory_bytes += BEYOND_CACHES;
     struct native native = {0};
     char *text = ad_native_source(s->compiled, &native);
     assert_non_null(text);
     s->joined = strstr(text, "void j");
     s->beyond = strstr(text, "if (col) s");
+    s->streamed = strstr(text, "\nstream");
     free(text);
     free(native.segments);
 }
@@ -192,7 +198,7 @@ static uint64_t programs = 32, first; /* of 96: FUZZ_SHARE, 0 to 2, says which *
 static void test_random(void **state)
 {
     static struct subject subjects[BATCH_PROGRAMS];
-    size_t joined = 0, beyond = 0, done = 0;
+    size_t joined = 0, beyond = 0, streamed = 0, done = 0;
     (void)state;
     native_need_compiler();
     while (done < programs) {
@@ -203,6 +209,7 @@ static void test_random(void **state)
             native_batch_add(&batch, subjects[k].compiled);
             joined += subjects[k].joined;
             beyond += subjects[k].beyond;
+            streamed += subjects[k].streamed;
         }
         assert_true(native_batch_load(&batch));
         for (size_t k = 0; k < n; k++)
@@ -213,9 +220,10 @@ static void test_random(void **state)
         done += n;
     }
     print_message(
-        "%zu of %zu programs have segments that share a loop, %zu columns beyond blocks\n", joined,
-        done, beyond);
-    assert_true(joined > programs / 2 && beyond > programs / 40);
+        "%zu of %zu programs have segments that share a loop, %zu columns beyond blocks, %zu store "
+        "past the caches\n",
+        joined, done, beyond, streamed);
+    assert_true(joined > programs / 2 && beyond > programs / 40 && streamed > programs / 4);
 }
 
 int main(int argc, char **argv)
