@@ -56,5 +56,6 @@ enum ad_status chart_ensembles(struct chart *chart, struct ad_error *error);
 enum ad_status chart_drift(struct chart *chart, struct ad_error *error);
 enum ad_status chart_threads(struct chart *chart, struct ad_error *error);
 enum ad_status chart_forces(struct chart *chart, struct ad_error *error);
+enum ad_status chart_sizes(struct chart *chart, struct ad_error *error);
 
 #endif

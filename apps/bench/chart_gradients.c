@@ -187,5 +187,7 @@ enum ad_status chart_gradients(struct chart *chart, struct ad_error *error)
         draw(races, plot);
     for (int scene = 0; scene < HAND_N; scene++)
         race_free(&races[scene]);
-    return error->status == AD_OK ? chart_forces(chart, error) : error->status;
+    return error->status != AD_OK || chart_sizes(chart, error) != AD_OK
+               ? error->status
+               : chart_forces(chart, error);
 }

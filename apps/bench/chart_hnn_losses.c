@@ -83,13 +83,9 @@ static enum ad_status train(const struct network *network, struct sheet *sheet,
 
 enum ad_status chart_losses(struct chart *chart, struct ad_error *error)
 {
-    static const struct column columns[] = {{.key = "model"},
-                                            {.key = "precision"},
-                                            {.key = "width"},
-                                            {.key = "batch"},
-                                            {.key = "step"},
-                                            {.key = "loss", .digits = 17},
-                                            {.key = NULL}};
+    static const struct column columns[] = {
+        {.key = "model"}, {.key = "precision"},          {.key = "width"}, {.key = "batch"},
+        {.key = "step"},  {.key = "loss", .digits = 17}, {.key = NULL}};
     struct network networks[NETWORKS_MOST];
     struct sheet *sheet = chart_sheet(chart, "hnn-losses", columns, error);
     size_t n = networks_of_chart(PUBLISHED_WIDTH, networks);

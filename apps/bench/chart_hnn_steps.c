@@ -86,8 +86,9 @@ enum ad_status chart_steps(struct chart *chart, struct ad_error *error)
         one_network(chart->quick, &networks[k], sheet, error);
     sheet_json(sheet, "steps", &chart->json);
     if (error->status == AD_OK && !chart->quiet)
-        puts("a step of Adam, 2-width-width-outputs, tanh; OpenBLAS: its share of loss and "
-             "gradient\non one thread; ratio: to the floor, the products and the tanh alone, and to "
-             "the step by hand; field: of one state\n");
+        puts(
+            "a step of Adam, 2-width-width-outputs, tanh; OpenBLAS: its share of loss and "
+            "gradient\non one thread; ratio: to the floor, the products and the tanh alone, and to "
+            "the step by hand; field: of one state\n");
     return error->status;
 }

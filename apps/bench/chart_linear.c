@@ -31,6 +31,8 @@ static const struct column columns[] = {
     {.key = NULL},
 };
 
+enum { FEW = 1000 }; /* units below which the fixed cost of a run counts */
+
 static const struct series {
     const char *name, *unit, *title;
 } series[] = {
@@ -186,15 +188,15 @@ static void report(struct chart *chart, const struct sheet *sheet, const struct 
     json_object(&chart->json, s->name);
     for (const struct way *w = ways; w < ways + WAYS; w++) {
         char key[32];
-        double all = exponent(sheet, s->name, w->seconds, 0);
+        double all = exponent(sheet, s->name, w->seconds, FEW);
         double end = exponent(sheet, s->name, w->seconds, 0.099 * most);
         snprintf(key, sizeof key, "%sexponent", w->prefix);
         json_number(&chart->json, key, all);
         snprintf(key, sizeof key, "%send_exponent", w->prefix);
         json_number(&chart->json, key, end);
         if (!chart->quiet)
-            printf("%s: CPU time grows as %s^%.2f, over the last decade as ^%.2f\n", w->name,
-                   s->name, all, end);
+            printf("%s: CPU time grows as %s^%.2f from %d on, over the last decade as ^%.2f\n",
+                   w->name, s->name, all, FEW, end);
     }
     for (size_t r = 0; r < sheet->rows; r++)
         if (sheet_is(sheet, r, "over", s->name) && sheet_number(sheet, r, "units") == most) {
@@ -221,7 +223,7 @@ static void draw_times(struct figure *figure, const struct sheet *sheet, const s
                                          .more = "set offsets 0,0,graph 0.35,0\n"});
     for (const struct way *w = ways; w < ways + WAYS; w++) {
         snprintf(title, sizeof title, "%s: %s^%.2f, at the end ^%.2f", w->name, s->name,
-                 exponent(sheet, s->name, w->seconds, 0),
+                 exponent(sheet, s->name, w->seconds, FEW),
                  exponent(sheet, s->name, w->seconds, 0.099 * most_units(sheet, s->name)));
         figure_curve(figure, sheet, "units", w->ns, title, STYLE(w->colour, 7, 2, 0.6), "over",
                      s->name);

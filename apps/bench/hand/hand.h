@@ -32,4 +32,8 @@ const struct hand_kernel *hand_build(int k);
    there is none, that of the best build. */
 hand_gradient *hand_limit(int scene);
 
+/* The same for n slices, more than 8: g and x are [dof x n]; NULL where there is none. */
+typedef double hand_long_gradient(int n, const double *x, double *g);
+hand_long_gradient *hand_long_limit(int scene);
+
 #endif

@@ -16,7 +16,7 @@
 
 typedef __m512d V;
 
-enum { N = HAND_SLICES, LANES = 8 };
+enum { LANES = 8 };
 
 #define ALL(c) _mm512_set1_pd(c)
 #define ADD _mm512_add_pd
@@ -74,15 +74,15 @@ INLINE void sine_cosine(V x, V *s, V *c)
     *c = _mm512_xor_pd(_mm512_mask_blend_pd(odd, b, a), _mm512_castsi512_pd(sign_c));
 }
 
-/* ---- kinetic energy of unit masses: with x_{-1} = x_0 and x_N = x_{N-2} all slices but N-2 have
+/* ---- kinetic energy of unit masses: with x_{-1} = x_0 and x_n = x_{n-2} all slices but n-2 have
         dT/dx_i = ((x_i - x_{i-1}) - (x_{i+1} - x_i)) / dt^2 ---- */
 
 /* dt^2 dT/dx of eight slices; adds the squares of the steps. */
-INLINE V inertia(const double *x, int i, V *at, V *squares)
+INLINE V inertia(int n, const double *x, int i, V *at, V *squares)
 {
     V before, after;
-    __mmask8 m = lanes(N - i);
-    if (i > 0 && i + LANES < N) {
+    __mmask8 m = lanes(n - i);
+    if (i > 0 && i + LANES < n) {
         before = _mm512_loadu_pd(x + i - 1);
         *at = _mm512_loadu_pd(x + i);
         after = _mm512_loadu_pd(x + i + 1);
@@ -93,33 +93,33 @@ INLINE V inertia(const double *x, int i, V *at, V *squares)
     } else {
         before = _mm512_maskz_loadu_pd(m, x + i - 1);
         *at = _mm512_maskz_loadu_pd(m, x + i);
-        after = _mm512_mask_loadu_pd(ALL(x[N - 2]), (__mmask8)(m >> 1), x + i + 1);
+        after = _mm512_mask_loadu_pd(ALL(x[n - 2]), (__mmask8)(m >> 1), x + i + 1);
     }
     V next = SUB(after, *at);
     *squares = _mm512_mask3_fmadd_pd(next, next, *squares, m);
     return SUB(SUB(*at, before), next);
 }
 
-static void mend(int dof, double scale, const double *x, double *g)
+static void mend(int n, int dof, double scale, const double *x, double *g)
 {
     for (int k = 0; k < dof; k++)
-        g[k * N + N - 2] -= scale * (x[k * N + N - 1] - x[k * N + N - 2]);
+        g[k * n + n - 2] -= scale * (x[k * n + n - 1] - x[k * n + n - 2]);
 }
 
 /* ---- three bodies ---- */
 
-AVX512 static double threebody(const double *x, double *g)
+INLINE double threebody_of(int n, const double *x, double *g)
 {
     enum { DOF = 6 };
-    const double weight = 1.0 / (3 * N), i2 = weight / (0.5 * 0.5), strength = 1.3e-4 * weight;
+    const double weight = 1.0 / (3 * n), i2 = weight / (0.5 * 0.5), strength = 1.3e-4 * weight;
     const V eps = ALL(1e-6);
     V T = ALL(0), U = ALL(0);
-    for (int i = 0; i < N; i += LANES) {
-        __mmask8 m = lanes(N - i);
+    for (int i = 0; i < n; i += LANES) {
+        __mmask8 m = lanes(n - i);
         V p[DOF], h[DOF], u = ALL(0);
 #pragma GCC unroll 6
         for (int k = 0; k < DOF; k++)
-            h[k] = MUL(ALL(i2), inertia(x + k * N, i, &p[k], &T));
+            h[k] = MUL(ALL(i2), inertia(n, x + k * n, i, &p[k], &T));
 #pragma GCC unroll 3
         for (int a = 0; a < DOF; a += 2)
 #pragma GCC unroll 3
@@ -137,9 +137,9 @@ AVX512 static double threebody(const double *x, double *g)
         U = _mm512_mask_add_pd(U, m, U, u);
 #pragma GCC unroll 6
         for (int k = 0; k < DOF; k++)
-            _mm512_mask_storeu_pd(g + k * N + i, m, h[k]);
+            _mm512_mask_storeu_pd(g + k * n + i, m, h[k]);
     }
-    mend(DOF, i2, x, g);
+    mend(n, DOF, i2, x, g);
     return 0.5 * i2 * _mm512_reduce_add_pd(T) + strength * _mm512_reduce_add_pd(U);
 }
 
@@ -153,27 +153,27 @@ INLINE V shift(V now, V before)
 }
 
 /* Slices and the ones after; behind the last goes on as it came. */
-INLINE void load_steps(const double *x, int i, V *at, V *after)
+INLINE void load_steps(int n, const double *x, int i, V *at, V *after)
 {
-    __mmask8 m = lanes(N - i);
-    bool inside = i + LANES < N;
-    V end = ALL(2 * x[N - 1] - x[N - 2]);
+    __mmask8 m = lanes(n - i);
+    bool inside = i + LANES < n;
+    V end = ALL(2 * x[n - 1] - x[n - 2]);
     *at = _mm512_maskz_loadu_pd(m, x + i);
     *after = _mm512_mask_loadu_pd(end, inside ? 0xff : (__mmask8)(m >> 1), x + i + 1);
 }
 
-AVX512 static double dblpend(const double *x, double *g)
+INLINE double dblpend_of(int n, const double *x, double *g)
 {
-    const double weight = 1.0 / N;
+    const double weight = 1.0 / n;
     const V inv = ALL(1 / 0.06), w = ALL(weight), w_dt = ALL(weight / 0.06);
-    const double *y = x + N;
-    double *h = g + N, last_a[LANES], last_b[LANES];
+    const double *y = x + n;
+    double *h = g + n, last_a[LANES], last_b[LANES];
     V sum = ALL(0), pa = ALL(0), pb = ALL(0);
-    for (int i = 0; i < N; i += LANES) {
-        __mmask8 m = lanes(N - i);
+    for (int i = 0; i < n; i += LANES) {
+        __mmask8 m = lanes(n - i);
         V a, b, next_a, next_b, sa, ca, sb, cb;
-        load_steps(x, i, &a, &next_a);
-        load_steps(y, i, &b, &next_b);
+        load_steps(n, x, i, &a, &next_a);
+        load_steps(n, y, i, &b, &next_b);
         V u = MUL(SUB(next_a, a), inv), v = MUL(SUB(next_b, b), inv), uv = MUL(u, v);
         sine_cosine(a, &sa, &ca);
         sine_cosine(b, &sb, &cb);
@@ -188,27 +188,27 @@ AVX512 static double dblpend(const double *x, double *g)
     }
     _mm512_storeu_pd(last_a, pa); /* the last step counts twice */
     _mm512_storeu_pd(last_b, pb);
-    double a = last_a[(N - 1) % LANES], b = last_b[(N - 1) % LANES];
-    g[N - 1] += 2 * a;
-    g[N - 2] -= a;
-    h[N - 1] += 2 * b;
-    h[N - 2] -= b;
+    double a = last_a[(n - 1) % LANES], b = last_b[(n - 1) % LANES];
+    g[n - 1] += 2 * a;
+    g[n - 2] -= a;
+    h[n - 1] += 2 * b;
+    h[n - 2] -= b;
     return weight * _mm512_reduce_add_pd(sum);
 }
 
 /* ---- Lennard-Jones gas: one body at a time against the others ---- */
 
-AVX512 static double gas(const double *x, double *g)
+INLINE double gas_of(int n, const double *x, double *g)
 {
     enum { DOF = 100 };
-    const double weight = 1.0 / (DOF / 2 * N), i2 = weight / (0.2 * 0.2), strength = 1e-4 * weight;
+    const double weight = 1.0 / (DOF / 2 * n), i2 = weight / (0.2 * 0.2), strength = 1e-4 * weight;
     V T = ALL(0);
     double U = 0;
-    for (int i = 0; i < N; i += LANES) {
-        __mmask8 m = lanes(N - i);
+    for (int i = 0; i < n; i += LANES) {
+        __mmask8 m = lanes(n - i);
         V q[DOF], f[DOF], sum = ALL(0);
         for (int k = 0; k < DOF; k++)
-            f[k] = MUL(ALL(i2), inertia(x + k * N, i, &q[k], &T));
+            f[k] = MUL(ALL(i2), inertia(n, x + k * n, i, &q[k], &T));
         for (int a = 0; a < DOF; a += 2) {
             V at = q[a], at_y = q[a + 1], fx = f[a], fy = f[a + 1];
             for (int b = a + 2; b < DOF; b += 2) {
@@ -226,24 +226,55 @@ AVX512 static double gas(const double *x, double *g)
             f[a + 1] = fy;
         }
         for (int k = 0; k < DOF; k++)
-            _mm512_mask_storeu_pd(g + k * N + i, m, f[k]);
+            _mm512_mask_storeu_pd(g + k * n + i, m, f[k]);
         U += strength * _mm512_mask_reduce_add_pd(m, sum);
     }
-    mend(DOF, i2, x, g);
+    mend(n, DOF, i2, x, g);
     return 0.5 * i2 * _mm512_reduce_add_pd(T) - U;
+}
+
+/* Each for HAND_SLICES, and for any number. */
+#define FOR(scene)                                                                                 \
+    AVX512 static double scene(const double *x, double *g)                                         \
+    {                                                                                              \
+        return scene##_of(HAND_SLICES, x, g);                                                      \
+    }                                                                                              \
+    AVX512 static double scene##_long(int n, const double *x, double *g)                           \
+    {                                                                                              \
+        return scene##_of(n, x, g);                                                                \
+    }
+FOR(threebody)
+FOR(dblpend)
+FOR(gas)
+
+static bool is_here(void)
+{
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+           __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
 }
 
 hand_gradient *hand_limit(int scene)
 {
     static hand_gradient *const limits[HAND_N] = {
         [HAND_THREEBODY] = threebody, [HAND_DBLPEND] = dblpend, [HAND_GAS] = gas};
-    bool here = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
-    return here && limits[scene] ? limits[scene] : hand_build(0)[scene].gradient;
+    return is_here() && limits[scene] ? limits[scene] : hand_build(0)[scene].gradient;
+}
+
+hand_long_gradient *hand_long_limit(int scene)
+{
+    static hand_long_gradient *const limits[HAND_N] = {
+        [HAND_THREEBODY] = threebody_long, [HAND_DBLPEND] = dblpend_long, [HAND_GAS] = gas_long};
+    return is_here() ? limits[scene] : NULL;
 }
 
 #else
 
 hand_gradient *hand_limit(int scene) { return hand_build(0)[scene].gradient; }
+
+hand_long_gradient *hand_long_limit(int scene)
+{
+    (void)scene;
+    return NULL;
+}
 
 #endif

@@ -29,6 +29,15 @@ static void test_gradients(void **state)
         assert_true(table_number(t, r, "second_disagreement") < 1e-11);
     }
     table_free(t);
+    t = table_read("gradients-sizes.csv");
+    assert_int_equal(t->rows, 2); /* of one length */
+    for (size_t r = 0; r < t->rows; r++) {
+        assert_true(table_number(t, r, "tape_ns") > 0 && table_number(t, r, "native_ns") > 0);
+        assert_true(table_number(t, r, "memory_ratio") > 0);
+        assert_true(table_number(t, r, "memory_ratio") < 2);
+        assert_true(table_number(t, r, "disagreement") < 1e-12);
+    }
+    table_free(t);
     t = table_read("forces.csv");
     assert_int_equal(t->rows, HAND_FORCES + 1); /* and what a run of a program takes */
     for (size_t r = 0; r < HAND_FORCES; r++) {
