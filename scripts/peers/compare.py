@@ -30,6 +30,7 @@ US, INTERPRETED, BY_HAND = "leastaction", "leastaction, interpreted", "C by hand
 ADAM_STEPS = 100
 WIDTHS = {"200": "", "1000": " 1000"}  # of trainings, as in their names
 CONTAINS = {  # what a time contains, by the beginning of a peer's name; compiling is in none
+    "Enzyme": "the job, called in a loop in C",
     "JAX jit; loop": "the job, in a loop of one jit",
     "JAX": "the job and its dispatch from Python",
     "CasADi as C; loop": "the job, called in a loop in C",
@@ -107,6 +108,7 @@ def peers(folder, quick):
     text = (
         python("gradients_torch.py", ["numpy", "torch"], values, *quick)
         + python("gradients_jax.py", ["numpy", "jax"], values, *quick)
+        + python("gradients_enzyme.py", ["numpy", "jax", "enzyme_ad"], values, *quick)
         + python("gradients_casadi.py", ["numpy", "casadi"], values, *quick)
         + compiled("gradients_adolc.cpp", "adolc", values)
         + python("training_torch.py", ["numpy", "torch"], losses, *quick)
@@ -222,6 +224,14 @@ def our_derivatives(row):
     yield f"hessian {scene}", US, "", 1e-9 * float(row["hessian_blocks_ns"]), ""
 
 
+def our_long_gradients(rows):
+    for row in rows:
+        n = float(row["slices"])
+        job = f"gradient {row['scene']} {n:.0e}".replace("e+0", "e")
+        for peer, side in (US, "native"), (INTERPRETED, "tape"):
+            yield job, peer, "", 1e-9 * n * float(row[f"{side}_ns"]), ""
+
+
 def our_training(rows):
     for row in rows:
         if row["threads"] == "1" and row["width"] in WIDTHS:
@@ -295,6 +305,7 @@ def main():
     version = subprocess.run([command, "--version"], stdout=subprocess.PIPE, text=True).stdout.split()
     try:
         rows = [r for row in read((folder / "gradients.csv").read_text()) for r in our_derivatives(row)]
+        rows += our_long_gradients(read((folder / "gradients-sizes.csv").read_text()))
         rows += our_training(read((folder / "hnn-steps.csv").read_text()))
         rows += peers(folder, quick) + motions(folder, quick)
         rows += boundaries(folder, quick) + packets(folder, quick)
