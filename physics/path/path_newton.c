@@ -290,6 +290,26 @@ static bool contracts(struct phys_newton *s)
     return stiff_length(s, s->step) <= CONTRACTION * length;
 }
 
+/* Whether the gradient is far above its rounding, without a Hessian: a path that differs in the
+   eighth digit changes it by less than its size, and rounding is of the sixteenth. */
+static bool clearly_not_stationary(struct phys_newton *s)
+{
+    const double share = 1e-8;
+    double size = 0, change = 0;
+    memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);
+    memcpy(s->step, s->path.g, s->path.n * sizeof *s->step);
+    for (size_t k = 0; k < s->path.n; k++)
+        s->path.x[k] *= k * 2654435761u >> 16 & 1 ? 1 + share : 1 - share;
+    phys_path_program_run(&s->path, 0);
+    for (size_t k = 0; k < s->path.n; k++) {
+        size += s->step[k] * s->step[k];
+        change += (s->path.g[k] - s->step[k]) * (s->path.g[k] - s->step[k]);
+    }
+    memcpy(s->path.x, s->before, s->path.n * sizeof *s->before);
+    phys_path_program_run(&s->path, 0);
+    return change < size;
+}
+
 /* Whether the path after `step` steps of Adam is one to begin with: the given one if it is
    stationary to rounding, as a saddle, from which they would lead away. */
 static bool needs_no_descent(void *context, size_t step)
@@ -298,6 +318,8 @@ static bool needs_no_descent(void *context, size_t step)
     if (step > 0 && !s->sparing)
         return false;
     phys_path_program_run(&s->path, step);
+    if (!s->sparing && !s->path.surface && clearly_not_stationary(s))
+        return false;
     differentiate(s);
     return s->hessian.stopped || at_rounding(s) || /* stopped: no steps are wanted */
            (s->sparing && contracts(s));
