@@ -345,9 +345,8 @@ const struct command command_simulate = {
          .more =
              "Fixed steps: euler semi-implicit verlet velocity-verlet yoshida4 yoshida6 rk4 "
              "implicit-midpoint\n"
-             "rattle (symplectic with constraints, too) gauss2 ... gauss5, wisdom-holman for "
-             "planets, "
-             "and the\n"
+             "rattle (symplectic with constraints, too) gauss2 ... gauss5, wisdom-holman and\n"
+             "wisdom-holman-corrected (one kick a step, few samples) for planets, and the\n"
              "discrete motion of the action rules, variational-RULE for left midpoint trapezoid "
              "gauss2\n"
              "gauss3 gauss4. These choose their steps: dopri5 dop853\n"

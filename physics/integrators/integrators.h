@@ -18,7 +18,7 @@ struct phys_scheme; /* the step of a family of methods */
        taylor                                               a Lagrangian without kinks
        semi-implicit                                        halves
        verlet velocity-verlet yoshida4 yoshida6             halves that separate: a kick
-       wisdom-holman                                        bodies of which one dominates (gm)
+       wisdom-holman wisdom-holman-corrected                bodies of which one dominates (gm)
        rattle                                               the same, with constraints
        variational-RULE                                     a Lagrangian
    Every Hamiltonian has halves; it separates as T(p) + V(q, t). A method that is asked for more

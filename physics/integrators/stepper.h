@@ -38,6 +38,9 @@ struct phys_scheme {
                               double *h, struct ad_error *error);
     /* next, at t + h; next_rate where it comes for free. */
     enum ad_status (*step)(struct phys_stepper *s, double h, struct ad_error *error);
+    /* y at the end t of the last step, of a method whose steps do not give it in next: it costs as
+       much as several of them. Else NULL. */
+    enum ad_status (*observe)(struct phys_stepper *s, double t, double *y, struct ad_error *error);
     /* Error of the step just taken in units of what is allowed: under 1 is good. */
     enum ad_status (*error_norm)(struct phys_stepper *s, const struct phys_tolerance *tolerance,
                                  double *norm, struct ad_error *error);

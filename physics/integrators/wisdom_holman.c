@@ -1,8 +1,9 @@
 /* The map of Wisdom and Holman (Astronomical Journal 102 (1991) 1528) in Jacobi's coordinates: the
-   Kepler motion of each body about those within, exactly, and kicks by what it feels beside that,
-   at the points of a rule (Laskar, Robutel, Celestial Mechanics 80 (2001) 39). The Kepler motion by
-   Stumpff's functions (Danby, Fundamentals of Celestial Mechanics, section 6.9) and Laguerre's
-   iteration (Conway, Celestial Mechanics 39 (1986) 199). */
+   Kepler motion of each body about those within it, exactly, and kicks by what it feels beside
+   that: at the points of a rule (Laskar, Robutel, Celestial Mechanics 80 (2001) 39), or one a step,
+   in coordinates of which a corrector gives the bodies (Wisdom, Holman, Touma, Fields Institute
+   Communications 10 (1996) 217). */
+#include "kepler_step.h"
 #include "physics/linear/vectors.h"
 #include "stepper.h"
 
@@ -21,13 +22,14 @@ struct map {
     double *a;     /* [n][dims] of the kick */
     double *force; /* [dof] */
     double *known; /* [2 dof] the state that they are of */
-    bool has;
+    double *kept;  /* [2][2 dof] q to cut_v */
+    double h;      /* of the last step; 0: there was none */
 };
 
 static size_t work(const struct phys_integrator *integrator, size_t n)
 {
     (void)integrator;
-    return 5 * n;
+    return 7 * n;
 }
 
 /* ---- Jacobi's coordinates ---- */
@@ -56,105 +58,6 @@ static void from_jacobi(const struct map *m, const double *x, double *to)
     }
 }
 
-/* ---- the Kepler motion ---- */
-
-/* G_k = X^k c_k(beta X^2), by quarters of the argument; the series of c_2 and c_3 in pairs of
-   terms, which need not wait for each other. */
-static void stumpff(double beta, double X, double G[4])
-{
-    const double small = 0.1;
-    size_t quarters = 0;
-    double z = beta * X * X;
-    for (; fabs(z) > small && quarters < 512; quarters++)
-        z *= 0.25;
-    const double z2 = z * z;
-    double c2 = (1.0 / 2 - z * (1.0 / 24)) + z2 * ((1.0 / 720 - z * (1.0 / 40320)) +
-                                                   z2 * (1.0 / 3628800 - z * (1.0 / 479001600)));
-    double c3 = (1.0 / 6 - z * (1.0 / 120)) + z2 * ((1.0 / 5040 - z * (1.0 / 362880)) +
-                                                    z2 * (1.0 / 39916800 - z * (1.0 / 6227020800)));
-    for (; quarters > 0; quarters--) {
-        double c0 = 1 - z * c2, c1 = 1 - z * c3;
-        c3 = 0.25 * (c2 + c0 * c3);
-        c2 = 0.5 * c1 * c1;
-        z *= 4;
-    }
-    G[0] = 1 - z * c2;
-    G[1] = X * (1 - z * c3);
-    G[2] = X * X * c2;
-    G[3] = X * X * X * c3;
-}
-
-/* The same at X + d, for a small d. */
-static void shift(double beta, double d, double G[4])
-{
-    const double half = d * (1.0 / 2), third = d * (1.0 / 3), quarter = d * (1.0 / 4), G0 = G[0],
-                 G1 = G[1], turn = G0 - quarter * beta * G1;
-    G[3] += d * (G[2] + half * (G1 + third * turn));
-    G[2] += d * (G1 + half * (G0 - third * beta * (G1 + quarter * G0)));
-    G[1] += d * (G0 - half * beta * (G1 + third * turn));
-    G[0] = 1 - beta * G[2];
-}
-
-/* At the universal anomaly X after a time h, which grows with it: the root of r0 X + eta G_2 + zeta
-   G_3 = h, between 0 and infinity at first. */
-static void find_anomaly(double h, double r0, double eta, double beta, double zeta, double G[4])
-{
-    enum { MOST = 200 };
-    const double close = 1e-3; /* the iteration is of third order: one more of the second is left */
-    const double in_r0 = 1 / r0, s = h * in_r0, a = 0.5 * eta * in_r0 * s;
-    double X = s * (1 - a + (2 * a * a - zeta * in_r0 * s * s * (1.0 / 6))), low = 0,
-           high = copysign(INFINITY, h);
-    if (!(X * h > 0))
-        X = s;
-    for (size_t i = 0; i < MOST; i++) {
-        stumpff(beta, X, G);
-        const double F = r0 * X + eta * G[2] + zeta * G[3] - h, r = r0 + eta * G[1] + zeta * G[2],
-                     slope = eta * G[0] + zeta * G[1];
-        double d = -5 * F / (r + sqrt(fabs(16 * r * r - 20 * F * slope)));
-        if (fabs(d) <= close * fabs(X)) {
-            shift(beta, d, G);
-            d = (h - r0 * (X + d) - eta * G[2] - zeta * G[3]) / (r0 + eta * G[1] + zeta * G[2]);
-            G[3] += d * G[2];
-            G[2] += d * G[1];
-            G[1] += d * G[0];
-            return;
-        }
-        if (F * h <= 0)
-            low = X;
-        else
-            high = X;
-        double next = X + d;
-        if (!((next - low) * h > 0 && (high - next) * h > 0))
-            next = isinf(high) ? 2 * X : 0.5 * (low + high);
-        X = next;
-    }
-}
-
-static void add(double *x, double *cut, double increment)
-{
-    phys_add_with_cut(*x, increment, *cut, x, cut);
-}
-
-static void kepler(const struct map *m, size_t i, double h)
-{
-    double *q = m->q + i * m->dims, *v = m->v + i * m->dims, G[4];
-    double *cut_q = m->cut_q + i * m->dims, *cut_v = m->cut_v + i * m->dims;
-    const double mu = m->sum[i], r0 = phys_norm(m->dims, q), eta = phys_dot(m->dims, q, v),
-                 beta = 2 * mu / r0 - phys_dot(m->dims, v, v), zeta = mu - beta * r0;
-    if (beta > 0 && h * h * beta * beta * beta > M_PI * M_PI * mu * mu) /* half a period */
-        h = remainder(h, 2 * M_PI * mu / (beta * sqrt(beta)));
-    if (h == 0)
-        return;
-    find_anomaly(h, r0, eta, beta, zeta, G);
-    const double in_r0 = mu / r0, in_r = 1 / (r0 + eta * G[1] + zeta * G[2]), f = -in_r0 * G[2],
-                 g = h - mu * G[3], df = -in_r0 * G[1] * in_r, dg = -mu * G[2] * in_r;
-    for (size_t d = 0; d < m->dims; d++) {
-        const double x = q[d], u = v[d];
-        add(&q[d], &cut_q[d], f * x + g * u);
-        add(&v[d], &cut_v[d], df * x + dg * u);
-    }
-}
-
 /* ---- the step ---- */
 
 /* Accelerations beside those of the Kepler motions, at s->next. */
@@ -177,15 +80,31 @@ static enum ad_status find_kick(struct phys_stepper *s, struct map *m, double t,
 static void kick(const struct map *m, double h)
 {
     for (size_t k = 0; k < m->n * m->dims; k++)
-        add(&m->v[k], &m->cut_v[k], h * m->a[k]);
+        phys_add_with_cut(m->v[k], h * m->a[k], m->cut_v[k], &m->v[k], &m->cut_v[k]);
 }
 
 static void drift(const struct map *m, double h)
 {
     for (size_t d = 0; d < m->dims; d++)
-        add(&m->q[d], &m->cut_q[d], h * m->v[d]);
-    for (size_t i = 1; i < m->n; i++)
-        kepler(m, i, h);
+        phys_add_with_cut(m->q[d], h * m->v[d], m->cut_q[d], &m->q[d], &m->cut_q[d]);
+    for (size_t i = 1; i < m->n; i++) {
+        const size_t at = i * m->dims;
+        phys_kepler_step(m->dims, m->sum[i], h, m->q + at, m->v + at, m->cut_q + at, m->cut_v + at);
+    }
+}
+
+/* Whether the last step led to s->y: the map goes on. */
+static bool goes_on(const struct phys_stepper *s)
+{
+    const struct map *m = s->state;
+    return m->h != 0 && memcmp(m->known, s->y, s->n * sizeof *s->y) == 0;
+}
+
+static void enter(const struct phys_stepper *s, struct map *m)
+{
+    to_jacobi(m, s->y, m->q);
+    to_jacobi(m, s->y + s->n / 2, m->v);
+    memset(m->cut_q, 0, s->n * sizeof *m->cut_q);
 }
 
 static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *error)
@@ -194,15 +113,13 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
     struct map *m = s->state;
     const size_t half = s->n / 2;
     double t = s->t;
-    if (!m->has || memcmp(m->known, s->y, s->n * sizeof *s->y) != 0) {
-        to_jacobi(m, s->y, m->q);
-        to_jacobi(m, s->y + half, m->v);
-        memset(m->cut_q, 0, s->n * sizeof *m->cut_q);
+    if (!goes_on(s)) {
+        enter(s, m);
         memcpy(s->next, s->y, half * sizeof *s->y);
         if (find_kick(s, m, s->t, error) != AD_OK)
             return error->status;
     }
-    m->has = false;
+    m->h = 0;
     for (size_t i = 0; i < c->n; i++) {
         if (i > 0) {
             drift(m, c->drift[i] * h);
@@ -216,8 +133,84 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
     from_jacobi(m, m->v, s->next + half);
     memset(s->next_cut, 0, s->n * sizeof *s->next_cut);
     memcpy(m->known, s->next, s->n * sizeof *s->next);
-    m->has = true;
+    m->h = h;
     return AD_OK;
+}
+
+/* ---- the step with a corrector ---- */
+
+/* With D and K the generators of drifts and kicks and x = h [D, .], half a drift, a kick and half a
+   drift are, to the first order in K, the motion of D + (x/2) / sinh(x/2) K. A pair of the
+   corrector, drift a, kick b, drift -2 a, kick -b, drift a, adds 2 b sinh(a x) K to its generator;
+   all together they leave x^10 of that. */
+enum { PAIRS = 4 };
+static const double reach[PAIRS] = {0.5, 1, 1.5, 2},
+                    share[PAIRS] = {334303 / 3628800.0, -128953 / 3628800.0, 3203 / 403200.0,
+                                    -5839 / 7257600.0};
+
+static enum ad_status kick_here(struct phys_stepper *s, struct map *m, double t, double h,
+                                struct ad_error *error)
+{
+    from_jacobi(m, m->q, s->next);
+    if (find_kick(s, m, t, error) == AD_OK)
+        kick(m, h);
+    return error->status;
+}
+
+/* way 1: from the bodies to the coordinates of the map at t; -1: back. The sign of h is no matter,
+   so that a step back leads back. */
+static enum ad_status correct(struct phys_stepper *s, double t, double h, int way,
+                              struct ad_error *error)
+{
+    struct map *m = s->state;
+    double before = 0;
+    h = fabs(h);
+    for (size_t k = 0; k < PAIRS; k++) {
+        const size_t i = way > 0 ? k : PAIRS - 1 - k;
+        const double a = -way * reach[i] * h, b = share[i] * h;
+        drift(m, before + a);
+        if (kick_here(s, m, t + a, b, error) != AD_OK)
+            return error->status;
+        drift(m, -2 * a);
+        if (kick_here(s, m, t - a, -b, error) != AD_OK)
+            return error->status;
+        before = a;
+    }
+    drift(m, before);
+    return AD_OK;
+}
+
+/* From one kick to the next. */
+static enum ad_status corrected_step(struct phys_stepper *s, double h, struct ad_error *error)
+{
+    struct map *m = s->state;
+    if (!goes_on(s) || m->h != h) {
+        enter(s, m);
+        if (correct(s, s->t, h, 1, error) != AD_OK)
+            return error->status;
+        drift(m, 0.5 * h);
+    }
+    if (kick_here(s, m, s->t + 0.5 * h, h, error) != AD_OK)
+        return error->status;
+    drift(m, h);
+    memcpy(m->known, s->next, s->n * sizeof *s->next);
+    m->h = h;
+    return AD_OK;
+}
+
+static enum ad_status observe(struct phys_stepper *s, double t, double *y, struct ad_error *error)
+{
+    struct map *m = s->state;
+    const size_t state = 2 * s->n * sizeof *m->kept;
+    memcpy(m->kept, m->q, state);
+    drift(m, -0.5 * m->h);
+    if (correct(s, t, m->h, -1, error) == AD_OK) {
+        from_jacobi(m, m->q, y);
+        from_jacobi(m, m->v, y + s->n / 2);
+        memcpy(m->known, y, s->n * sizeof *y);
+    }
+    memcpy(m->q, m->kept, state);
+    return error->status;
 }
 
 /* ---- which scenes ---- */
@@ -276,7 +269,8 @@ static enum ad_status begin(struct phys_stepper *s, struct ad_error *error)
     m->known = m->cut_v + half;
     m->a = m->known + s->n;
     m->force = m->a + half;
-    m->share = m->force + half;
+    m->kept = m->force + half;
+    m->share = m->kept + 2 * s->n;
     m->sum = m->share + half;
     system->scene->gm(system->params, m->force);
     sort(m, s->y, m->force);
@@ -297,7 +291,12 @@ static void end(struct phys_stepper *s)
     free(m);
 }
 
-static const struct phys_scheme scheme = {.work = work, .begin = begin, .end = end, .step = step};
+static const struct phys_scheme scheme = {.work = work, .begin = begin, .end = end, .step = step},
+                                corrected = {.work = work,
+                                             .begin = begin,
+                                             .end = end,
+                                             .step = corrected_step,
+                                             .observe = observe};
 
 /* At the points of Simpson's rule: with kicks of strength e beside the Kepler motion, errors are of
    e h^4 and e^2 h^2 (SBAB2). */
@@ -314,4 +313,15 @@ const struct phys_integrator phys_wisdom_holman = {
     .dominated = true,
     .scheme = &scheme,
     .coefficients = &kicks,
+};
+
+const struct phys_integrator phys_wisdom_holman_corrected = {
+    .name = "wisdom-holman-corrected",
+    .what = "one kick a step for planets, and a corrector where samples are",
+    .order = 2,
+    .symplectic = true,
+    .symmetric = true,
+    .separable = true,
+    .dominated = true,
+    .scheme = &corrected,
 };

@@ -70,7 +70,8 @@ struct phys_simulation {
     const double *times; /* adaptive: ascending times of the n_samples instead; or NULL */
     bool (*sample)(void *context, double t, const double *y);
     void *context;
-    bool watch_energy; /* after every step, where the ode has an energy */
+    bool watch_energy; /* after every step, or every sample where the method gives its state there
+                          alone (wisdom-holman-corrected), if the ode has an energy */
     const struct phys_events *events;
     size_t n_events;
     bool land; /* adaptive: steps end at the samples, which are then not interpolated */

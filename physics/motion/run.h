@@ -50,7 +50,8 @@ struct run {
     double end;  /* time at its end */
     double late; /* the time is stepper.t + late, and there stepper.end + next_late */
     double next_late;
-    bool given; /* as a sample */
+    bool given;  /* as a sample */
+    bool unseen; /* the method did not give the end of the step: nobody looks at it */
     bool stop;
     double away; /* seconds in callbacks */
     struct phys_simulation own;
@@ -100,6 +101,9 @@ enum ad_status phys_run_length(struct run *run, struct ad_error *error);
 bool phys_run_judge(struct run *run, double norm);
 /* The first step that suits tolerance and field. */
 enum ad_status phys_run_first_step(struct run *run, struct ad_error *error);
+
+/* Whether the end of the next fixed step is looked at. */
+bool phys_run_looks(const struct run *run);
 
 /* The time of sample number i. */
 double phys_run_sample_time(const struct run *run, size_t i);

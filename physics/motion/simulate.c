@@ -59,20 +59,34 @@ static void give(struct run *run, double t, const double *y)
     run->away += clock_of(run) - before;
 }
 
+/* After which of the fixed steps the next sample is due. */
+static size_t step_of_sample(const struct run *run)
+{
+    double share = (double)run->next_sample / (double)run->settings->n_samples;
+    return (size_t)floor(share * (double)run->n_steps + 0.5);
+}
+
 /* Whether a sample is due after this many fixed steps: the nearest to its time. Of several that
    share a step one is given. */
 static bool due(struct run *run)
 {
-    const struct phys_simulation *s = run->settings;
     size_t step = 0;
-    for (; run->next_sample <= s->n_samples; run->next_sample++) {
-        double share = (double)run->next_sample / (double)s->n_samples;
-        size_t next = (size_t)floor(share * (double)run->n_steps + 0.5);
+    for (; run->next_sample <= run->settings->n_samples; run->next_sample++) {
+        const size_t next = step_of_sample(run);
         if (next > run->info->steps)
             break;
         step = next;
     }
     return step == run->info->steps;
+}
+
+bool phys_run_looks(const struct run *run)
+{
+    const struct phys_simulation *s = run->settings;
+    const size_t steps = run->info->steps + 1;
+    return s->n_events > 0 || steps == run->n_steps ||
+           (s->every > 0 ? steps % s->every == 0
+                         : run->next_sample <= s->n_samples && step_of_sample(run) <= steps);
 }
 
 double phys_run_sample_time(const struct run *run, size_t i)
@@ -130,7 +144,7 @@ static void watch_energy(struct run *run, double t, const double *y)
 {
     const struct phys_ode *ode = run->stepper.ode;
     struct phys_simulation_info *info = run->info;
-    if (!run->settings->watch_energy || !ode->energy)
+    if (!run->settings->watch_energy || !ode->energy || run->unseen)
         return;
     const bool timed = ode->n > THIN; /* else the clock takes as long */
     double before = timed ? clock_of(run) : 0, E = ode->energy(ode->context, t, y);
@@ -316,7 +330,10 @@ enum ad_status phys_run_open(struct run *run, const struct phys_simulation *sett
 void phys_run_close(struct run *run, double *y)
 {
     struct phys_simulation_info *info = run->info;
-    const struct phys_stepper *m = &run->stepper;
+    struct phys_stepper *m = &run->stepper;
+    struct ad_error none = {0};
+    if (run->unseen)
+        m->integrator->scheme->observe(m, m->t, m->y, &none);
     info->seconds = run->begun > 0 ? ad_now() - run->begun - run->away : 0;
     if (m->memory) {
         memcpy(y, m->y, m->n * sizeof *y);

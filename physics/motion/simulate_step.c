@@ -210,7 +210,10 @@ static enum ad_status fixed(struct run *run, struct ad_error *error)
     m->has_next_rate = false;
     if (m->integrator->scheme->step(m, m->h, &local) != AD_OK)
         return ad_fail(error, local.status, "step %zu: %s", run->info->steps + 1, local.message);
-    return AD_OK;
+    if (!m->integrator->scheme->observe)
+        return AD_OK;
+    run->unseen = !phys_run_looks(run);
+    return run->unseen ? AD_OK : m->integrator->scheme->observe(m, m->t + m->h, m->next, error);
 }
 
 enum ad_status phys_run_step(struct run *run, struct ad_error *error)

@@ -1,6 +1,7 @@
 /* Solves for a motion and measures its error (solve.h). */
 #include "autodiff/free.h"
 #include "autodiff/sized.h"
+#include "physics/integrators/stepper.h"
 #include "solving.h"
 
 #include <math.h>
@@ -129,7 +130,7 @@ static enum ad_status forward(struct solving *s, double *y, struct ad_error *err
     m->crossed.constant = calloc(n + 1, sizeof *m->crossed.constant);
     if (!events || !watches || !m->crossed.constant)
         ad_fail(error, AD_E_MEMORY, "out of memory");
-    else if (!has_few(m) ||
+    else if (!has_few(m) || m->integrator->scheme->observe ||
              phys_closest_approach_begin(&m->ode, 0, y, &m->closest, error) == AD_OK) {
         phys_crossings_watch(s, watches, events);
         events[n] = m->closest.events;

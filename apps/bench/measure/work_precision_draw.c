@@ -35,6 +35,7 @@ static const struct work_style {
     {"verlet", "Verlet", "#8fc7e8", 7, SPLITTING},
     {"velocity-verlet", "v.-V.", "#56b4e9", 6, SPLITTING},
     {"wisdom-holman", "W.-H.", "#2b8cbe", 11, SPLITTING},
+    {"wisdom-holman-corrected", "W.-H.-c.", "#1d6a96", 13, SPLITTING},
     {"yoshida4", "Y4", "#0072b2", 5, SPLITTING},
     {"yoshida6", "Y6", "#004a75", 9, SPLITTING},
     {"rk4", "RK4", "#e69f00", 7, RUNGE_KUTTA},
