@@ -215,39 +215,47 @@ void phys_lapack_block_subtract(bool with_i, bool transpose, size_t size, const 
         cblas_dgemv(CblasColMajor, op, n, n, -1, a, n, x, 1, 1, y, 1);
 }
 
-static void eliminate_complex(blasint n, const double *a, const int *pivots, blasint m, double *b,
-                              double *work, double *c)
+/* b becomes L^-1 P^-1 b for m columns. */
+static void forward(bool with_i, blasint n, const double *a, const int *pivots, blasint m,
+                    double *b)
 {
-    const double unit[] = {1, 0}, minus_unit[] = {-1, 0};
-    LAPACK_zlaswp(&m, (lapack_complex_double *)work, &n, &one, &n, pivots, &one);
-    cblas_ztrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasUnit, n, m, unit, a, n,
-                work, n);
-    cblas_ztrsm(CblasColMajor, CblasLeft, CblasUpper, CblasTrans, CblasNonUnit, n, m, unit, a, n, b,
-                n);
-    cblas_zgemm(CblasColMajor, CblasTrans, CblasNoTrans, m, m, n, minus_unit, b, n, work, n, unit,
-                c, m);
+    const double unit[] = {1, 0};
+    if (n <= NARROW) { /* whose L is not LAPACK's */
+        (with_i ? narrow_complex_forward_all : narrow_forward_all)(by_columns((size_t)n), a, pivots,
+                                                                   (size_t)m, b);
+    } else if (with_i) {
+        LAPACK_zlaswp(&m, (lapack_complex_double *)b, &n, &one, &n, pivots, &one);
+        cblas_ztrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasUnit, n, m, unit, a, n,
+                    b, n);
+    } else {
+        LAPACK_dlaswp(&m, b, &n, &one, &n, pivots, &one);
+        cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasUnit, n, m, 1, a, n, b,
+                    n);
+    }
 }
 
 void phys_lapack_block_eliminate(bool with_i, size_t size, const double *a, const int *pivots,
                                  size_t columns, double *b, double *work, double *c)
 {
+    const double unit[] = {1, 0}, minus_unit[] = {-1, 0};
     blasint n = (blasint)size, m = (blasint)columns;
     memcpy(work, b, (with_i ? 2 : 1) * size * columns * sizeof *b);
-    if (size <= NARROW) {
+    if (size <= NARROW && columns <= NARROW) {
         (with_i ? narrow_complex_eliminate : narrow_eliminate)(by_columns(size), a, pivots, columns,
                                                                b, work, c);
         return;
     }
+    forward(with_i, n, a, pivots, m, work);
     if (with_i) {
-        eliminate_complex(n, a, pivots, m, b, work, c);
-        return;
+        cblas_ztrsm(CblasColMajor, CblasLeft, CblasUpper, CblasTrans, CblasNonUnit, n, m, unit, a,
+                    n, b, n);
+        cblas_zgemm(CblasColMajor, CblasTrans, CblasNoTrans, m, m, n, minus_unit, b, n, work, n,
+                    unit, c, m);
+    } else {
+        cblas_dtrsm(CblasColMajor, CblasLeft, CblasUpper, CblasTrans, CblasNonUnit, n, m, 1, a, n,
+                    b, n);
+        cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, m, m, n, -1, b, n, work, n, 1, c, m);
     }
-    LAPACK_dlaswp(&m, work, &n, &one, &n, pivots, &one);
-    cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasUnit, n, m, 1, a, n, work,
-                n);
-    cblas_dtrsm(CblasColMajor, CblasLeft, CblasUpper, CblasTrans, CblasNonUnit, n, m, 1, a, n, b,
-                n);
-    cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, m, m, n, -1, b, n, work, n, 1, c, m);
 }
 
 int phys_lapack_tridiagonal_factor_complex(size_t n, double *below, double *diagonal, double *above,

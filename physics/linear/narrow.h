@@ -56,6 +56,13 @@ static void NAME(forward)(struct narrow s, const NUMBER *a, const int *pivots, N
     }
 }
 
+static void NAME(forward_all)(struct narrow s, const void *matrix, const int *pivots, size_t m,
+                              void *block)
+{
+    for (size_t k = 0; k < m; k++)
+        NAME(forward)(s, matrix, pivots, (NUMBER *)block + k * s.n);
+}
+
 static void NAME(solve)(struct narrow s, const void *matrix, const int *pivots, void *right)
 {
     const NUMBER *a = matrix;
@@ -78,25 +85,40 @@ static void NAME(subtract)(struct narrow s, const void *matrix, const void *of, 
             y[i] -= TIMES(a[i * s.row + j * s.column], x[j]);
 }
 
-/* phys_lapack_block_eliminate, where `other` holds b, too. */
+/* Block n x m and its transpose. */
+static void NAME(transpose)(size_t n, size_t m, const NUMBER *block, NUMBER *to)
+{
+    for (size_t k = 0; k < m; k++)
+        for (size_t i = 0; i < n; i++)
+            to[i * m + k] = block[k * n + i];
+}
+
+/* y -= factor x, [m] each. */
+static void NAME(subtract_row)(size_t m, NUMBER factor, const NUMBER *restrict x,
+                               NUMBER *restrict y)
+{
+#pragma omp simd
+    for (size_t k = 0; k < m; k++)
+        y[k] -= TIMES(factor, x[k]);
+}
+
+/* phys_lapack_block_eliminate, where `other` holds b, too: by rows of all columns at a time. */
 static void NAME(eliminate)(struct narrow s, const void *matrix, const int *pivots, size_t m,
                             void *block, void *other, void *result)
 {
     const NUMBER *a = matrix;
-    NUMBER *b = block, *work = other, *c = result;
-    for (size_t k = 0; k < m; k++) {
-        NUMBER *y = b + k * s.n;
-        NAME(forward)(s, a, pivots, work + k * s.n);
-        for (size_t j = 0; j < s.n; j++) { /* U^T y = b */
-            for (size_t i = 0; i < j; i++)
-                y[j] -= TIMES(a[i * s.row + j * s.column], y[i]);
-            y[j] /= a[j * (s.row + s.column)];
-        }
+    NUMBER *work = other, *c = result, b[NARROW * NARROW];
+    NAME(transpose)(s.n, m, block, b);
+    NAME(forward_all)(s, a, pivots, m, work);
+    for (size_t j = 0; j < s.n; j++) { /* U^T y = b */
+        for (size_t i = 0; i < j; i++)
+            NAME(subtract_row)(m, a[i * s.row + j * s.column], b + i * m, b + j * m);
+        for (size_t k = 0; k < m; k++)
+            b[j * m + k] /= a[j * (s.row + s.column)];
     }
     for (size_t j = 0; j < m; j++)
-        for (size_t i = 0; i < m; i++)
-            for (size_t k = 0; k < s.n; k++)
-                c[i + j * m] -= TIMES(b[k + i * s.n], work[k + j * s.n]);
+        for (size_t k = 0; k < s.n; k++)
+            NAME(subtract_row)(m, work[k + j * s.n], b + k * m, c + j * m);
 }
 
 #undef NUMBER

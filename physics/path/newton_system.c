@@ -1,4 +1,4 @@
-/* Newton and Levenberg steps by banded LU (newton_system.h), or by blocks.
+/* Newton and Levenberg steps by banded LU (newton_system.h), by blocks, or by fronts.
 
    Levenberg's step for |g|^2 solves (H^2 + m^2) x = -H g. H^2 has twice the bandwidth and the
    square of the condition number, but for symmetric H (H^2 + m^2)^-1 H = Re (H - i m)^-1, so one
@@ -42,10 +42,11 @@ enum ad_status phys_newton_system_new(struct phys_newton_system *band, struct ph
 
 void phys_newton_system_free(struct phys_newton_system *band)
 {
-    AD_FREE(band->matrix, band->right, band->pivots, band->scale, band->free_part);
+    AD_FREE(band->matrix, band->right, band->pivots, band->scale, band->free_part, band->held);
     phys_end_space_free(&band->ends);
     phys_block_tridiagonal_free(&band->blocks);
     phys_reduced_free(&band->reduced);
+    phys_dissected_free(&band->dissected);
 }
 
 /* ---- unknowns ---- */
@@ -119,7 +120,7 @@ void phys_newton_system_scale(struct phys_newton_system *band)
 
 /* Takes what needs the fewest operations: one band, node by node or, for chains of many
    coordinates, by coordinate; or blocks. A damped band is complex. */
-static void choose_order(struct phys_newton_system *band)
+static void choose_band(struct phys_newton_system *band)
 {
     const struct phys_hessian *h = band->hessian;
     size_t by_node = (h->table.degree + 1) * h->dof - 1;
@@ -128,10 +129,36 @@ static void choose_order(struct phys_newton_system *band)
     band->width = band->folded          ? (2 * h->table.degree + 2) * h->dof - 1
                   : band->by_coordinate ? by_coordinate
                                         : by_node;
-    double width = (double)band->width;
-    double operations = (band->damping > 0 ? 8 : 2) * (double)band->n * width * width;
-    band->by_blocks = !band->free && ((band->damping > 0 && !band->by_coordinate) ||
-                                      phys_block_tridiagonal_cost(h) < operations);
+    double width = (double)band->width, blocks = phys_block_tridiagonal_cost(h);
+    band->operations = (band->damping > 0 ? 8 : 2) * (double)band->n * width * width;
+    band->by_blocks =
+        !band->free && ((band->damping > 0 && !band->by_coordinate) || blocks < band->operations);
+    band->operations = band->by_blocks ? blocks : band->operations;
+}
+
+/* Small blocks, and their sums, take longer than products of as many operations ... */
+static const double SLOWER = 1.5;
+static const double WORTH = 3e7; /* ... which are to be so many before they are counted */
+
+static bool make_fronts(struct phys_newton_system *band)
+{
+    if (band->dissected.hessian || band->no_fronts)
+        return !band->no_fronts;
+    band->held = band->free ? malloc(band->n * sizeof *band->held) : NULL;
+    band->no_fronts = (band->free && !band->held) ||
+                      !phys_dissected_new(&band->dissected, band->hessian, band->first, band->n);
+    for (size_t u = 0; band->held && u < band->n; u++)
+        band->held[u] = held(band, u);
+    return !band->no_fronts;
+}
+
+static void choose_order(struct phys_newton_system *band)
+{
+    choose_band(band);
+    band->by_fronts =
+        !band->folded && band->operations > WORTH &&
+        phys_dissected_serves(band->hessian, band->n) && make_fronts(band) &&
+        SLOWER * (band->damping > 0 ? 4 : 1) * band->dissected.fronts.operations < band->operations;
 }
 
 double phys_newton_system_bytes(struct phys_newton_system *band)
@@ -143,6 +170,8 @@ double phys_newton_system_bytes(struct phys_newton_system *band)
     choose_order(band);
     const double blocks = phys_block_tridiagonal_bytes(h);
     h->reach = reach;
+    if (band->by_fronts)
+        return phys_dissected_bytes(&band->dissected, 2);
     if (band->by_blocks)
         return blocks;
     return 2 * sizeof(double) * (double)PHYS_BAND_ROWS(band->width) * (double)band->n;
@@ -260,6 +289,12 @@ static bool factor_blocks(struct phys_newton_system *band)
     return phys_block_tridiagonal_factor(&band->blocks, band->damping);
 }
 
+static bool factor_fronts(struct phys_newton_system *band)
+{
+    return phys_dissected_factor(&band->dissected, band->scale, band->damping, band->held,
+                                 &band->no_memory);
+}
+
 /* Whether elements that are reduced serve for steps with the present damping. */
 static bool factor_elements(struct phys_newton_system *band)
 {
@@ -273,13 +308,16 @@ static bool factor_elements(struct phys_newton_system *band)
 bool phys_newton_system_factor(struct phys_newton_system *band, double damping)
 {
     band->damping = damping;
-    band->by_blocks = false;
+    band->by_blocks = band->by_fronts = false;
     ad_blas_single_thread(); /* blocks are too small to share */
     bool factored = band->by_elements = factor_elements(band);
     if (!factored) {
         choose_order(band);
-        factored = band->by_blocks ? factor_blocks(band) : factor_band(band);
+        factored = band->by_fronts && factor_fronts(band);
+        band->by_fronts = factored;
     }
+    if (!factored)
+        factored = band->by_blocks ? factor_blocks(band) : factor_band(band);
     ad_blas_threads();
     return factored;
 }
@@ -308,6 +346,9 @@ void phys_newton_system_step(struct phys_newton_system *band, const double *grad
     ad_blas_single_thread();
     if (band->by_elements)
         phys_reduced_solve(&band->reduced, band->right);
+    else if (band->by_fronts)
+        phys_dissected_solve(&band->dissected, band->scale, band->held, band->right,
+                             band->right + band->n);
     else if (band->by_blocks)
         phys_block_tridiagonal_solve(&band->blocks, band->right);
     else

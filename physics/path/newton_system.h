@@ -1,12 +1,13 @@
 /* The Newton step: the element matrices of the Hessian as one band matrix over the free nodes, in
    order of time or by coordinate in the order of the Hessian, solved by LAPACK's banded LU; where L
-   couples all coordinates, by elements that are reduced to their ends (reduced_elements.h); or by
+   couples all coordinates, by elements that are reduced to their ends (reduced_elements.h); by
    blocks (block_tridiagonal.h), as damped steps are where ordering by coordinate gives no narrower
-   band. */
+   band; or by nested dissection where that is less work (dissected.h). */
 #ifndef PHYSICS_PATH_NEWTON_SYSTEM_H
 #define PHYSICS_PATH_NEWTON_SYSTEM_H
 
 #include "physics/path/blocks/block_tridiagonal.h"
+#include "physics/path/blocks/dissected.h"
 #include "physics/path/blocks/reduced_elements.h"
 #include "physics/path/ends.h"
 
@@ -23,6 +24,9 @@ struct phys_newton_system {
     bool by_coordinate; /* unknowns of the matrix by coordinate, then by node; else the other way */
     bool by_blocks;     /* there is no band */
     bool by_elements;   /* nor blocks */
+    bool by_fronts;     /* nor these */
+    bool no_fronts;     /* where they have failed */
+    double operations;  /* that a band or blocks take, about */
     size_t room;        /* numbers in `matrix` */
     double damping;     /* of the factors */
     bool no_memory;     /* for the last factors */
@@ -30,7 +34,9 @@ struct phys_newton_system {
     double *scale; /* [dof]: D^-1, by places of the Hessian's order */
     double *matrix, *right;
     struct phys_block_tridiagonal blocks; /* made when first needed ... */
-    struct phys_reduced reduced;          /* ... as is this */
+    struct phys_reduced reduced;          /* ... as is this ... */
+    struct phys_dissected_path dissected; /* ... and this */
+    bool *held;                           /* [n]: unknowns of ends that are given, for fronts */
 };
 
 /* Unknowns: every node but those of the `hold` slices at either end. */
