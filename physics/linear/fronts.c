@@ -80,8 +80,7 @@ static bool make_rows(struct phys_fronts *f, size_t more)
     return true;
 }
 
-static bool find_rows(struct phys_fronts *f, size_t k, uint32_t *list,
-                      size_t beside(const void *context, size_t u, uint32_t *to),
+static bool find_rows(struct phys_fronts *f, size_t k, uint32_t *list, phys_fronts_beside *beside,
                       const void *context)
 {
     struct phys_front *front = &f->front[k];
@@ -110,9 +109,7 @@ static bool find_rows(struct phys_fronts *f, size_t k, uint32_t *list,
     return true;
 }
 
-bool phys_fronts_link(struct phys_fronts *f,
-                      size_t beside(const void *context, size_t u, uint32_t *to),
-                      const void *context)
+bool phys_fronts_link(struct phys_fronts *f, phys_fronts_beside *beside, const void *context)
 {
     double left = 0, most = 0;
     uint32_t *list = malloc(f->n * sizeof *list);

@@ -37,11 +37,10 @@ void phys_fronts_free(struct phys_fronts *fronts);
 /* Adds unknown u to the front that is being made; begins the next one. */
 void phys_fronts_add(struct phys_fronts *fronts, size_t u);
 void phys_fronts_next(struct phys_fronts *fronts);
-/* Finds the rows of all fronts, which have all unknowns. `beside` lists the unknowns that u is
-   coupled to, at most n of them, and returns how many. False: no memory. */
-bool phys_fronts_link(struct phys_fronts *fronts,
-                      size_t beside(const void *context, size_t u, uint32_t *to),
-                      const void *context);
+/* Lists the unknowns that u is coupled to, at most n of them, and returns how many. */
+typedef size_t phys_fronts_beside(const void *context, size_t u, uint32_t *to);
+/* Finds the rows of all fronts, which have all unknowns. False: no memory. */
+bool phys_fronts_link(struct phys_fronts *fronts, phys_fronts_beside *beside, const void *context);
 /* Which of the values entry (i, j) is; SIZE_MAX: only (j, i) is. */
 size_t phys_fronts_place(const struct phys_fronts *fronts, size_t i, size_t j);
 /* All entries 0, of numbers of 1 or 2 parts: values[parts * place + part]. False: no memory. */

@@ -107,7 +107,7 @@ static void sparse_equations_are_solved(void **state)
     assert_true(phys_fronts_link(&f, beside, &p));
     assert_true(f.operations < 0.1 * 2. / 3 * N * (double)N * N);
     for (size_t parts = 1; parts <= 2; parts++) {
-        double x[2 * N], b[2 * N], most = 0;
+        double x[2 * N], b[2 * N] = {0}, most = 0;
         for (size_t k = 0; k < parts * N; k++)
             x[k] = b[k] = sin(0.3 * (double)k);
         set_entries(&p, &f, parts);
