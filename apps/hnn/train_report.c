@@ -1,5 +1,6 @@
 /* The report of a training. */
 #include "train.h"
+#include "autodiff/free.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -22,18 +23,22 @@ enum ad_status train_mass(struct train_run *run, struct ad_error *error)
 {
     size_t n = run->train.n, few = n < MASS_SAMPLES ? n : MASS_SAMPLES, stride = n / few;
     size_t states = 2 * hnn_model_settings(run->model)->dof + run->data.inputs;
+    struct ad_ranks *ranks = run->options->common.ranks;
     if (!lagrangian(run))
         return AD_OK;
     double *some = malloc(states * few * sizeof *some);
-    if (!some)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    for (size_t r = 0; r < states; r++)
-        for (size_t k = 0; k < few; k++)
-            some[r * few + k] = run->train.x[r * n + k * stride];
-    hnn_model_mass(run->model, few, some, &run->mass, error);
+    uint32_t *picked = malloc(few * sizeof *picked);
+    if (!some || !picked)
+        ad_fail(error, AD_E_MEMORY, "out of memory");
+    for (size_t k = 0; k < few && picked; k++)
+        picked[k] = (uint32_t)(k * stride);
+    if (ad_ranks_agree(ranks, error) == AD_OK &&
+        hnn_samples_take(ranks, &run->train, (size_t[]){states, 0, 0}, 0, few, picked, some,
+                         error) == AD_OK)
+        hnn_model_mass(run->model, few, some, &run->mass, error);
     run->mass.worst *= stride;
     run->mass_samples = few;
-    free(some);
+    AD_FREE(some, picked);
     return error->status;
 }
 

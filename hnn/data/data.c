@@ -82,6 +82,16 @@ static void add_squares_apart(void *context, size_t k, double *sum)
     sum[1] += inside + pow(q[last * held], 2);
 }
 
+/* Squares of the rates in the first step of rollouts. */
+static void add_first_rates(void *context, size_t k, double *sum)
+{
+    const struct hnn_dataset *data = context;
+    const struct hnn_samples *s = &data->train;
+    const size_t held = hnn_samples_held(s);
+    for (size_t r = 0; r < 2 * data->dof; r++)
+        sum[r] += pow((s->target[r * held + k] - s->x[r * held + k]) / s->steps[k], 2);
+}
+
 /* A component that never changes keeps its unit. */
 static double positive(double size) { return size > 0 ? size : 1; }
 
@@ -104,7 +114,7 @@ static enum ad_status measure_scales(const struct hnn_dataset_settings *s,
     if (error->status == AD_OK &&
         hnn_samples_sum(s->ranks, train, rows, add_moments, &m, square, error) == AD_OK) {
         dataset->scale = dataset->centre + wide;
-        dataset->rate = s->rollout ? NULL : dataset->scale + wide;
+        dataset->rate = dataset->scale + wide;
         for (size_t r = 0; r < rows; r++) {
             double deviation = sqrt(square[r] / (double)train->n);
             if (r < wide) {
@@ -115,6 +125,11 @@ static enum ad_status measure_scales(const struct hnn_dataset_settings *s,
         }
     }
     free(mean);
+    if (error->status == AD_OK && s->rollout &&
+        hnn_samples_sum(s->ranks, train, n, add_first_rates, dataset, dataset->rate, error) ==
+            AD_OK)
+        for (size_t r = 0; r < n; r++)
+            dataset->rate[r] = sqrt(dataset->rate[r] / (double)train->n);
     if (error->status == AD_OK && hnn_samples_sum(s->ranks, train, 2, add_squares_apart, dataset,
                                                   dataset->apart, error) == AD_OK)
         for (size_t k = 0; k < 2; k++)
@@ -123,37 +138,21 @@ static enum ad_status measure_scales(const struct hnn_dataset_settings *s,
     return error->status;
 }
 
-/* Sizes of the rates in the first step of rollouts. */
-static void rates_of_rollouts(const struct hnn_dataset *data, double *rate)
-{
-    size_t n = data->train.n;
-    for (size_t k = 0; k < 2 * data->dof; k++) {
-        double sum = 0;
-        for (size_t i = 0; i < n; i++) {
-            double step = data->train.target[k * n + i] - data->train.x[k * n + i];
-            sum += pow(step / data->train.steps[i], 2);
-        }
-        rate[k] = sqrt(sum / (double)n);
-    }
-}
-
 enum ad_status hnn_dataset_normalise(const struct hnn_dataset *data, hnn_model *model,
                                      struct ad_error *error)
 {
     if (AD_LACKS(error, data, model))
         return error->status;
-    const size_t states = 2 * data->dof, rows = states + data->inputs;
-    double *rate = calloc(states + 2 * (rows + 1), sizeof *rate);
-    if (!rate)
+    const size_t rows = 2 * data->dof + data->inputs;
+    double *centre = calloc(2 * (rows + 1), sizeof *centre);
+    if (!centre)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
-    double *centre = rate + states, *scale = centre + rows + 1;
+    double *scale = centre + rows + 1;
     memcpy(centre, data->centre, rows * sizeof *centre);
     memcpy(scale, data->scale, rows * sizeof *scale);
     scale[rows] = data->apart[hnn_model_settings(model)->lattice == HNN_FIXED_ENDS];
-    if (!data->rate)
-        rates_of_rollouts(data, rate);
-    hnn_model_normalise(model, centre, scale, data->rate ? data->rate : rate, error);
-    free(rate);
+    hnn_model_normalise(model, centre, scale, data->rate, error);
+    free(centre);
     return error->status;
 }
 
@@ -174,7 +173,7 @@ static enum ad_status find_step(const struct hnn_dataset_settings *s, const stru
 static enum ad_status assign(const struct hnn_dataset_settings *s, struct hnn_table *table,
                              struct hnn_dataset *dataset, struct ad_error *error)
 {
-    size_t usable = hnn_roles_usable(s, table);
+    size_t usable = hnn_roles_usable(table);
     if (usable == 0)
         return ad_fail(
             error, AD_E_INPUT,
@@ -214,22 +213,6 @@ static enum ad_status read_test(const struct hnn_dataset_settings *s, struct hnn
     return AD_OK;
 }
 
-/* Inputs that are neither time nor controls change within a trajectory; rows without time and trial
-   may be states of any motions. */
-static bool inputs_vary(const struct hnn_table *table)
-{
-    const struct hnn_plan *plan = &table->plan;
-    if (plan->time == HNN_NO_COLUMN && plan->trial == HNN_NO_COLUMN)
-        return false;
-    for (size_t k = 0; k < plan->inputs - plan->controls; k++) {
-        const double *u = hnn_table_column(table, plan->input[k]);
-        for (size_t i = 1; i < table->rows && plan->input[k] != plan->time; i++)
-            if (u[i] != u[i - 1] && !hnn_table_begins(table, i))
-                return true;
-    }
-    return false;
-}
-
 static void take_names(struct hnn_dataset *dataset, struct hnn_table *table)
 {
     dataset->state_names = table->state_names;
@@ -257,7 +240,7 @@ enum ad_status hnn_dataset_read(const struct hnn_dataset_settings *settings,
         dataset->inputs = table.plan.inputs;
         dataset->controls = table.plan.controls;
         dataset->timed = table.plan.inputs && table.plan.input[0] == table.plan.time;
-        dataset->varied = inputs_vary(&table);
+        dataset->varied = table.varied;
         dataset->trials = table.trials;
         dataset->trials_by_time = table.by_time && table.trials > 1;
         dataset->units_line = table.units_line;

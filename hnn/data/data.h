@@ -84,9 +84,9 @@ struct hnn_dataset_settings {
        HNN_INPUTS_MOST in all. An input that is the column `time` is the time, and comes first. They
        need `state`. */
     const char *inputs, *controls;
-    /* Not NULL: all ranks read together. Of a file whose rows are samples by themselves (rates from
-       columns, no time, trials, inputs or rollouts, nothing skipped) each holds its share of the
-       samples (hnn_samples_share), 1 byte a row besides; of others, all. */
+    /* Not NULL: all ranks read together. Of a file each holds its share of the samples
+       (hnn_samples_share), 1 byte a row besides, and until it has read 8 for the time and 8 for the
+       trial; of columns, pipes and with skip_missing, all. */
     struct ad_ranks *ranks;
 };
 
@@ -94,12 +94,12 @@ struct hnn_dataset {
     size_t dof;                     /* n: states have 2n components */
     struct hnn_samples train, test; /* x [2n + m (rollout + 1) x train.n]; test.n may be 0 */
     double *centre, *scale;         /* [2n + m] of train.x: means and standard deviations */
-    double *rate;                   /* [2n]: root mean squares of the rates; NULL for rollouts */
-    double apart[2];                /* root mean squares of q_next - q: of a ring, between walls */
-    double dt;                      /* of a rollout's steps, the median */
-    size_t trials;                  /* trajectories in the file */
-    bool trials_by_time;            /* distinguished by a time that decreases */
-    size_t gaps;                    /* time steps skipped, over `longest`; of all files */
+    double *rate;        /* [2n]: root mean squares of the rates; of rollouts in the first step */
+    double apart[2];     /* root mean squares of q_next - q: of a ring, between walls */
+    double dt;           /* of a rollout's steps, the median */
+    size_t trials;       /* trajectories in the file */
+    bool trials_by_time; /* distinguished by a time that decreases */
+    size_t gaps;         /* time steps skipped, over `longest`; of all files */
     double longest;
     size_t missing;    /* rows skipped, of all files */
     size_t units_line; /* line skipped below the names; 0: none */
@@ -132,6 +132,12 @@ typedef void hnn_samples_add(void *context, size_t k, double *sum);
 enum ad_status hnn_samples_sum(struct ad_ranks *ranks, const struct hnn_samples *samples, size_t n,
                                hnn_samples_add *add, void *context, double *sum,
                                struct ad_error *error);
+/* Of samples picked[n], whoever holds them: the rows of x, and of the target those of the `targets`
+   first, then `steps` rows of steps, of length dt where there are none; taken [rows x n] on every
+   rank. */
+enum ad_status hnn_samples_take(struct ad_ranks *ranks, const struct hnn_samples *samples,
+                                const size_t rows[3], double dt, size_t n, const uint32_t *picked,
+                                double *taken, struct ad_error *error);
 void hnn_dataset_free(struct hnn_dataset *dataset); /* takes zero-initialised ones too */
 /* hnn_model_normalise with means, deviations and rates of the training samples; for rollouts with
    the rates of their first step. */

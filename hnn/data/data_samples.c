@@ -5,61 +5,71 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* ---- rates by differences ---- */
+/* ---- rates by differences: x and t at a row ---- */
 
-static double forward(const double *x, const double *t, size_t i)
-{
-    return (x[i + 1] - x[i]) / (t[i + 1] - t[i]);
-}
+static double forward(const double *x, const double *t) { return (x[1] - x[0]) / (t[1] - t[0]); }
 
 /* The two one-sided slopes, each weighted by the other's step. */
-static double central(const double *x, const double *t, size_t i)
+static double central(const double *x, const double *t)
 {
-    double before = t[i] - t[i - 1], after = t[i + 1] - t[i];
-    return (forward(x, t, i - 1) * after + forward(x, t, i) * before) / (before + after);
+    double before = t[0] - t[-1], after = t[1] - t[0];
+    return (forward(x - 1, t - 1) * after + forward(x, t) * before) / (before + after);
 }
 
 /* ---- samples ---- */
 
-static size_t count(const struct hnn_table *table, enum hnn_role role)
+static bool is_sample(const struct hnn_part *part, size_t row)
+{
+    return part->table->role[row] == part->role;
+}
+
+static size_t count(const struct hnn_part *part, size_t from, size_t to)
 {
     size_t n = 0;
-    for (size_t i = 0; i < table->rows; i++)
-        n += table->role[i] == role;
+    for (size_t i = from; i < to; i++)
+        n += is_sample(part, i);
     return n;
 }
 
-/* Element i+shift of a column for every sample i. */
-static void gather(const struct hnn_part *part, const double *column, size_t shift, double *to)
+static size_t held(const struct hnn_part *part) { return part->end - part->begin; }
+
+/* A column from the next of a part's rows on. */
+static const double *next_of(const struct hnn_part *part, size_t column)
 {
-    for (size_t i = 0; i < part->table->rows; i++)
-        if (part->table->role[i] == part->role)
-            *to++ = column[i + shift];
+    return part->from < part->to ? hnn_table_row(part->table, column, part->from) : NULL;
 }
 
-static void gather_slopes(const struct hnn_part *part, enum hnn_differences kind,
-                          const double *column, double *to)
+/* Element i+shift of a column for every sample i, to a row of samples. */
+static void gather(const struct hnn_part *part, size_t column, size_t shift, double *to)
 {
-    const double *t = hnn_table_column(part->table, part->table->plan.time);
-    for (size_t i = 0; i < part->table->rows; i++)
-        if (part->table->role[i] == part->role)
-            *to++ = (kind == HNN_CENTRAL ? central : forward)(column, t, i);
+    const double *x = next_of(part, column);
+    to += part->taken;
+    for (size_t i = part->from; i < part->to; i++, x++)
+        if (is_sample(part, i))
+            *to++ = x[shift];
+}
+
+static void gather_slopes(const struct hnn_part *part, enum hnn_differences kind, size_t column,
+                          double *to)
+{
+    const double *x = next_of(part, column), *t = next_of(part, part->table->plan.time);
+    to += part->taken;
+    for (size_t i = part->from; i < part->to; i++, x++, t++)
+        if (is_sample(part, i))
+            *to++ = (kind == HNN_CENTRAL ? central : forward)(x, t);
 }
 
 static void gather_target(const struct hnn_dataset_settings *s, const struct hnn_part *part,
                           size_t c)
 {
     const struct hnn_plan *plan = &part->table->plan;
-    double *target = part->target + c * part->n;
-    if (plan->rate) {
-        gather(part, hnn_table_column(part->table, plan->rate[c]), 0, target);
-        return;
-    }
-    const double *state = hnn_table_column(part->table, plan->state[c]);
-    if (s->rollout == 0)
-        gather_slopes(part, s->differences, state, target);
+    double *target = part->target + c * held(part);
+    if (plan->rate)
+        gather(part, plan->rate[c], 0, target);
+    else if (s->rollout == 0)
+        gather_slopes(part, s->differences, plan->state[c], target);
     for (size_t k = 1; k <= s->rollout; k++)
-        gather(part, state, k, target + (k - 1) * plan->components * part->n);
+        gather(part, plan->state[c], k, target + (k - 1) * plan->components * held(part));
 }
 
 /* Time steps from each sample on: of a rollout, or the one of a forward difference. */
@@ -72,37 +82,65 @@ static void gather_steps(const struct hnn_dataset_settings *s, const struct hnn_
 {
     const struct hnn_table *table = part->table;
     size_t column = table->plan.time;
-    const double *t = column != HNN_NO_COLUMN ? hnn_table_column(table, column) : NULL;
-    double *to = part->steps;
-    for (size_t k = 0; k < steps_of(s, table); k++)
-        for (size_t i = 0; i < table->rows; i++)
-            if (table->role[i] == part->role)
+    const double *t = column != HNN_NO_COLUMN ? next_of(part, column) : NULL;
+    for (size_t k = 0; k < steps_of(s, table); k++) {
+        double *to = part->steps + k * held(part) + part->taken;
+        for (size_t i = 0; i < part->to - part->from; i++)
+            if (is_sample(part, part->from + i))
                 *to++ = t ? t[i + k + 1] - t[i + k] : s->dt;
+    }
 }
 
 /* Inputs at each sample, and after each step of its rollout. */
 static void gather_inputs(const struct hnn_dataset_settings *s, const struct hnn_part *part)
 {
     const struct hnn_plan *plan = &part->table->plan;
-    double *to = part->x + plan->components * part->n;
+    double *to = part->x + plan->components * held(part);
     for (size_t k = 0; k <= s->rollout; k++)
-        for (size_t j = 0; j < plan->inputs; j++, to += part->n)
-            gather(part, hnn_table_column(part->table, plan->input[j]), k, to);
+        for (size_t j = 0; j < plan->inputs; j++, to += held(part))
+            gather(part, plan->input[j], k, to);
 }
 
 /* Component c of one table's parts; states that rates do not come from are given back first. */
-static void gather_component(const struct hnn_dataset_settings *s, struct hnn_part *part,
+static void gather_component(const struct hnn_dataset_settings *s, const struct hnn_part *part,
                              size_t parts, size_t c)
 {
     struct hnn_table *table = part->table;
     const struct hnn_plan *plan = &table->plan;
     for (size_t k = 0; k < parts; k++)
-        gather(&part[k], hnn_table_column(table, plan->state[c]), 0, part[k].x + c * part[k].n);
+        gather(&part[k], plan->state[c], 0, part[k].x + c * held(&part[k]));
     if (plan->rate)
         hnn_table_release(table, plan->state[c]);
     for (size_t k = 0; k < parts; k++)
         gather_target(s, &part[k], c);
     hnn_table_release(table, plan->rate ? plan->rate[c] : plan->state[c]);
+}
+
+void hnn_parts_take(const struct hnn_dataset_settings *s, struct hnn_part *part, size_t parts)
+{
+    for (size_t c = 0; c < part->table->plan.components; c++)
+        gather_component(s, part, parts, c);
+    for (struct hnn_part *p = part; p < part + parts; p++) {
+        gather_steps(s, p);
+        gather_inputs(s, p);
+        p->taken += count(p, p->from, p->to);
+        p->from = p->to;
+    }
+}
+
+/* The rows of the samples held. */
+static void find_rows(struct hnn_part *part)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < part->table->rows && n < part->end; i++) {
+        bool sample = is_sample(part, i);
+        if (sample && n == part->begin)
+            part->first = i;
+        n += sample;
+        part->last = i + 1;
+    }
+    part->from = part->first;
+    part->to = part->last;
 }
 
 static struct hnn_samples samples_of(const struct hnn_part *part)
@@ -120,9 +158,8 @@ static struct hnn_samples samples_of(const struct hnn_part *part)
 static enum ad_status allocate(struct hnn_dataset *dataset, struct hnn_part part[2], size_t rollout,
                                size_t steps, struct ad_error *error)
 {
-    size_t held[2] = {part[0].end - part[0].begin, part[1].end - part[1].begin};
     size_t components = 2 * dataset->dof, wide = components + dataset->inputs,
-           rows = held[0] + held[1];
+           rows = held(&part[0]) + held(&part[1]);
     size_t numbers = rollout < SIZE_MAX / (wide + 1) - 2
                          ? wide * (1 + (rollout ? rollout : 1)) + steps
                          : SIZE_MAX;
@@ -134,9 +171,9 @@ static enum ad_status allocate(struct hnn_dataset *dataset, struct hnn_part part
     double *at = dataset->values;
     for (size_t k = 0; k < 2; k++) {
         part[k].x = at;
-        part[k].target = at + x_rows * held[k];
-        at += numbers * held[k];
-        part[k].steps = steps ? at - steps * held[k] : NULL;
+        part[k].target = at + x_rows * held(&part[k]);
+        at += numbers * held(&part[k]);
+        part[k].steps = steps ? at - steps * held(&part[k]) : NULL;
     }
     dataset->train = samples_of(&part[0]);
     dataset->test = samples_of(&part[1]);
@@ -146,7 +183,7 @@ static enum ad_status allocate(struct hnn_dataset *dataset, struct hnn_part part
 /* Huge states and tiny steps of time overflow. */
 static enum ad_status check_slopes(const struct hnn_part *part, struct ad_error *error)
 {
-    size_t n = part->table->plan.components * part->n;
+    size_t n = part->table->plan.components * held(part);
     for (size_t i = 0; i < n; i++)
         if (!isfinite(part->target[i]))
             return ad_fail(error, AD_E_INPUT,
@@ -163,11 +200,12 @@ enum ad_status hnn_samples_make(const struct hnn_dataset_settings *s, struct hnn
     struct hnn_part part[2] = {{.table = table, .role = HNN_TRAIN},
                                {.table = test, .role = HNN_TEST}};
     for (size_t k = 0; k < 2; k++) {
-        part[k].n = part[k].end = count(part[k].table, part[k].role);
+        part[k].n = part[k].end = count(&part[k], 0, part[k].table->rows);
         if (part[k].table->shared)
             hnn_samples_share(s->ranks, part[k].n, &part[k].begin, &part[k].end);
         part[k].shared = part[k].table->shared && part[k].end;
         part[k].end = part[k].end ? part[k].end : part[k].n;
+        find_rows(&part[k]);
     }
     if (part[0].n == 0 || (part[1].n == 0 && (test != table || s->test_fraction > 0)))
         return ad_fail(error, AD_E_INPUT, "%s: no sample is left %s: expected longer trajectories",
@@ -178,12 +216,8 @@ enum ad_status hnn_samples_make(const struct hnn_dataset_settings *s, struct hnn
         size_t parts = test == table ? 2 : 1;
         if (part[k].table->shared)
             hnn_share_read(s, &part[k], parts, error);
-        for (size_t c = 0; c < 2 * dataset->dof && !part[k].table->shared; c++)
-            gather_component(s, &part[k], parts, c);
-    }
-    for (size_t k = 0; k < 2; k++) {
-        gather_steps(s, &part[k]);
-        gather_inputs(s, &part[k]);
+        else
+            hnn_parts_take(s, &part[k], parts);
     }
     for (size_t k = 0; k < 2 && !table->plan.rate && s->rollout == 0; k++)
         check_slopes(&part[k], error);

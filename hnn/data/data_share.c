@@ -1,8 +1,6 @@
-/* A rank's share of a data set whose rows are samples by themselves: a first pass over the file
-   counts its rows, a second one keeps those of the share. Rows of others are passed over; of HDF5
-   they are not read. */
-#include "autodiff/free.h"
-#include "autodiff/hash.h"
+/* A rank's share of a data set: a first pass over the file (data_table.c) counts its rows and keeps
+   times and trials, a second one makes the samples of the share. Rows of others are passed over; of
+   HDF5 they are not read. */
 #include "data_table.h"
 
 #include <inttypes.h>
@@ -55,50 +53,66 @@ enum ad_status hnn_samples_sum(struct ad_ranks *ranks, const struct hnn_samples 
                         &s, sum, error);
 }
 
+/* ---- samples of all ranks ---- */
+
+struct taking {
+    const struct ad_ranks *ranks;
+    const struct hnn_samples *samples;
+    const size_t *rows;
+    double dt;
+    const uint32_t *picked;
+    size_t n;
+};
+
+/* Row r, counted over x, target and steps; NULL: steps of length dt. */
+static const double *row_of(const struct taking *t, size_t r)
+{
+    const struct hnn_samples *s = t->samples;
+    const size_t held = hnn_samples_held(s), x = t->rows[0], targets = t->rows[1];
+    return r < x             ? s->x + r * held
+           : r < x + targets ? s->target + (r - x) * held
+           : s->steps        ? s->steps + (r - x - targets) * held
+                             : NULL;
+}
+
+/* Those that are in the even part of rank `rank`, this one; 0 for the others. */
+static enum ad_status take_own(void *context, size_t rank, double *values, struct ad_error *error)
+{
+    const struct taking *t = context;
+    const size_t all = t->samples->n;
+    size_t first = t->samples->end ? ad_ranks_first(t->ranks, all, rank) : 0;
+    size_t end = t->samples->end ? ad_ranks_first(t->ranks, all, rank + 1) : all;
+    for (size_t r = 0; r < t->rows[0] + t->rows[1] + t->rows[2]; r++) {
+        const double *row = row_of(t, r);
+        for (size_t i = 0; i < t->n; i++) {
+            size_t k = t->picked[i];
+            bool own = k >= first && k < end;
+            values[r * t->n + i] = !own ? 0 : row ? row[k - t->samples->begin] : t->dt;
+        }
+    }
+    return error->status;
+}
+
+enum ad_status hnn_samples_take(struct ad_ranks *ranks, const struct hnn_samples *samples,
+                                const size_t rows[3], double dt, size_t n, const uint32_t *picked,
+                                double *taken, struct ad_error *error)
+{
+    if (AD_LACKS(error, samples, rows, picked, taken))
+        return error->status;
+    struct taking t = {ranks, samples, rows, dt, picked, n};
+    return samples->end
+               ? ad_ranks_sum(ranks, ranks ? ranks->count : 1, (rows[0] + rows[1] + rows[2]) * n,
+                              take_own, &t, taken, error)
+               : take_own(&t, 0, taken, error);
+}
+
 /* ---- the file ---- */
 
-bool hnn_share_possible(const struct hnn_dataset_settings *s, const struct hnn_table *table,
-                        const char *file)
+bool hnn_share_possible(const struct hnn_dataset_settings *s, const char *file)
 {
-    const struct hnn_plan *plan = &table->plan;
     struct stat status;
-    return s->ranks && s->ranks->count > 1 && plan->rate && plan->time == HNN_NO_COLUMN &&
-           plan->trial == HNN_NO_COLUMN && !s->skip_missing && plan->inputs == 0 && file &&
+    return s->ranks && s->ranks->count > 1 && !s->skip_missing && file &&
            stat(file, &status) == 0 && S_ISREG(status.st_mode); /* a pipe is read once */
-}
-
-/* Rows from `at` on: into the columns of the table, room for some, or nowhere. */
-static size_t pass(struct hnn_table *table, struct hnn_source *source, size_t at, bool wanted,
-                   struct ad_error *error)
-{
-    size_t rows = 0;
-    double **to = calloc(source->columns, sizeof *to);
-    if (!to)
-        ad_fail(error, AD_E_MEMORY, "%s: out of memory after %zu rows", table->file, at);
-    /* The first rows tell how many HDF5 has. */
-    for (size_t k = 0; k < table->plan.n && (wanted || at == 0) && to; k++)
-        to[table->plan.column[k]] = table->column[k];
-    if (error->status == AD_OK)
-        source->kind->read(source, PHYS_CSV_ROWS, to, &rows, error);
-    free(to);
-    return error->status == AD_OK ? rows : 0;
-}
-
-enum ad_status hnn_share_count(struct hnn_table *table, struct hnn_source *source,
-                               struct ad_error *error)
-{
-    uint64_t hash = AD_HASH_BEGIN;
-    for (size_t k = 0; k < table->plan.n; k++)
-        if (!(table->column[k] = malloc(PHYS_CSV_ROWS * sizeof **table->column)))
-            return ad_fail(error, AD_E_MEMORY, "%s: out of memory", table->file);
-    for (size_t rows = 1; rows; table->rows += rows) {
-        rows = pass(table, source, table->rows, false, error);
-        for (size_t k = 0; k < table->plan.n && table->rows == 0; k++)
-            hash = ad_hash(hash, table->column[k], rows * sizeof **table->column);
-    }
-    table->trials = table->rows > 0;
-    table->fingerprint = ad_hash(hash, &source->crc, sizeof source->crc);
-    return error->status;
 }
 
 /* Ranks that read other files would train towards something else. */
@@ -113,53 +127,50 @@ enum ad_status hnn_share_agree(const struct hnn_dataset_settings *s, const struc
     return ad_ranks_same(s->ranks, table->file, text, error);
 }
 
-static size_t count_roles(const struct hnn_part *part, size_t from, size_t to)
-{
-    size_t n = 0;
-    for (size_t i = from; i < to && i < part->table->rows; i++)
-        n += part->table->role[i] == part->role;
-    return n;
-}
-
-/* Of rows `at` ... at + rows - 1, the next of which is sample `next` of the part. */
-static void take_rows(const struct hnn_part *part, size_t at, size_t rows, size_t next)
+/* Rows `at` and on of a read belong to samples of the part. */
+static bool needs(const struct hnn_part *part, size_t at)
 {
     const struct hnn_table *table = part->table;
-    const struct hnn_plan *plan = &table->plan;
-    size_t held = part->end - part->begin;
-    for (size_t i = 0; i < rows && at + i < table->rows; i++) {
-        if (table->role[at + i] != part->role)
-            continue;
-        size_t k = next++;
-        for (size_t c = 0; c < plan->components && k >= part->begin && k < part->end; c++) {
-            part->x[c * held + k - part->begin] = hnn_table_column(table, plan->state[c])[i];
-            part->target[c * held + k - part->begin] = hnn_table_column(table, plan->rate[c])[i];
-        }
-    }
+    return at < part->last + table->after && at + PHYS_CSV_ROWS + table->before > part->first;
 }
 
-enum ad_status hnn_share_read(const struct hnn_dataset_settings *s, const struct hnn_part *part,
+/* Of rows before `end` the samples whose rows are all there. */
+static void take_until(const struct hnn_dataset_settings *s, struct hnn_part *part, size_t parts,
+                       size_t end)
+{
+    size_t after = part->table->after, until = end > after ? end - after : 0;
+    for (size_t k = 0; k < parts; k++) {
+        struct hnn_part *p = &part[k];
+        p->to = until < p->last ? until : p->last;
+        p->to = p->to > p->from ? p->to : p->from;
+    }
+    hnn_parts_take(s, part, parts);
+}
+
+enum ad_status hnn_share_read(const struct hnn_dataset_settings *s, struct hnn_part *part,
                               size_t parts, struct ad_error *error)
 {
     struct hnn_table *table = part->table;
     struct hnn_source *source;
-    size_t at = 0, next[2] = {0};
+    size_t at = 0;
     if (hnn_source_open(table->file, s->skip_rows, &source, error) != AD_OK)
         return error->status;
+    table->from = 0;
     for (size_t rows = 1; rows; at += rows) {
         bool wanted = false;
         for (size_t k = 0; k < parts; k++)
-            wanted |= next[k] < part[k].end &&
-                      next[k] + count_roles(&part[k], at, at + PHYS_CSV_ROWS) > part[k].begin;
-        rows = pass(table, source, at, wanted, error);
-        for (size_t k = 0; k < parts && wanted; k++)
-            take_rows(&part[k], at, rows, next[k]);
-        for (size_t k = 0; k < parts; k++)
-            next[k] += count_roles(&part[k], at, at + rows);
+            wanted |= needs(&part[k], at);
+        for (size_t k = 0; k < table->plan.n; k++)
+            table->reads[k] = (wanted || at == 0) && !hnn_table_whole(table, k);
+        if (hnn_table_next(table, source, at, &rows, error) != AD_OK || at + rows > table->rows)
+            break;
+        if (wanted)
+            take_until(s, part, parts, at + rows);
+        hnn_table_slide(table, at + rows, table->before + table->after);
     }
     hnn_source_close(source);
     if (error->status == AD_OK && at != table->rows)
-        ad_fail(error, AD_E_INPUT, "%s: had %zu rows, and has %zu now", table->file, table->rows,
-                at);
+        ad_fail(error, AD_E_INPUT, "%s: had %zu rows, and has another number now", table->file,
+                table->rows);
     return error->status;
 }

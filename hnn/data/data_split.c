@@ -7,19 +7,10 @@
 #include <math.h>
 #include <string.h>
 
-/* Rows that a sample needs before and after its own. */
-static void reach(const struct hnn_dataset_settings *s, const struct hnn_plan *plan, size_t *before,
-                  size_t *after)
+size_t hnn_roles_usable(struct hnn_table *table)
 {
-    bool differences = !plan->rate && s->rollout == 0;
-    *before = differences && s->differences == HNN_CENTRAL;
-    *after = s->rollout ? s->rollout : differences;
-}
-
-size_t hnn_roles_usable(const struct hnn_dataset_settings *settings, struct hnn_table *table)
-{
-    size_t before, after, usable = 0;
-    reach(settings, &table->plan, &before, &after);
+    const size_t before = table->before, after = table->after;
+    size_t usable = 0;
     for (size_t first = 0, end; first < table->rows; first = end) {
         for (end = first + 1; end < table->rows && hnn_table_follows(table, end);)
             end++;

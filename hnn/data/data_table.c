@@ -3,13 +3,27 @@
 #include "data_table.h"
 #include "autodiff/ascending.h"
 #include "autodiff/free.h"
+#include "autodiff/hash.h"
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 const double *hnn_table_column(const struct hnn_table *table, size_t column)
 {
     return table->column[table->plan.slot[column]];
+}
+
+bool hnn_table_whole(const struct hnn_table *table, size_t k)
+{
+    size_t column = table->plan.column[k];
+    return !table->shared || column == table->plan.time || column == table->plan.trial;
+}
+
+const double *hnn_table_row(const struct hnn_table *table, size_t column, size_t row)
+{
+    bool whole = hnn_table_whole(table, table->plan.slot[column]);
+    return hnn_table_column(table, column) + (whole ? row : row - table->from);
 }
 
 bool hnn_table_begins(const struct hnn_table *table, size_t row)
@@ -42,14 +56,15 @@ static enum ad_status no_memory(const struct hnn_table *table, struct ad_error *
 /* Room for the rows of another read: half as much again. Pages not written to take no memory. */
 static enum ad_status make_room(struct hnn_table *table, struct ad_error *error)
 {
-    size_t capacity = table->capacity;
+    size_t capacity = table->capacity, few = PHYS_CSV_ROWS + table->before + table->after + 1;
     if (capacity - table->rows >= PHYS_CSV_ROWS)
         return AD_OK;
     capacity += capacity / 2 + PHYS_CSV_ROWS;
     if (capacity > SIZE_MAX / sizeof(double))
         return no_memory(table, error);
     for (size_t k = 0; k < table->plan.n; k++) {
-        double *column = realloc(table->column[k], capacity * sizeof *column);
+        double *column = realloc(table->column[k],
+                                 (hnn_table_whole(table, k) ? capacity : few) * sizeof *column);
         if (!column)
             return no_memory(table, error);
         table->column[k] = column;
@@ -77,6 +92,29 @@ static size_t leave_out_missing(const struct hnn_table *table, size_t rows,
     return kept;
 }
 
+void hnn_table_slide(struct hnn_table *table, size_t at, size_t keep)
+{
+    size_t have = at - table->from, kept = have < keep ? have : keep;
+    for (size_t k = 0; k < table->plan.n; k++)
+        if (!hnn_table_whole(table, k))
+            memmove(table->column[k], table->column[k] + have - kept,
+                    kept * sizeof **table->column);
+    table->from = at - kept;
+}
+
+/* Inputs that are neither time nor controls change with this row. Rows without time and trial may
+   be states of any motions. */
+static bool inputs_vary(const struct hnn_table *table, size_t row)
+{
+    const struct hnn_plan *plan = &table->plan;
+    bool known = plan->time != HNN_NO_COLUMN || plan->trial != HNN_NO_COLUMN;
+    for (size_t k = 0; k < plan->inputs - plan->controls && known; k++)
+        if (plan->input[k] != plan->time && *hnn_table_row(table, plan->input[k], row) !=
+                                                *hnn_table_row(table, plan->input[k], row - 1))
+            return true;
+    return false;
+}
+
 /* Counts trajectories among the last `rows`, in which time has to go on; they were rows `from` of
    the read. */
 static enum ad_status look_at_times(struct hnn_table *table, const struct hnn_source *source,
@@ -88,6 +126,7 @@ static enum ad_status look_at_times(struct hnn_table *table, const struct hnn_so
     for (size_t i = first; i < table->rows; i++) {
         bool begins = hnn_table_begins(table, i);
         table->trials += begins;
+        table->varied |= !begins && inputs_vary(table, i);
         if (!begins && time && !(time[i] > time[i - 1])) {
             char place[256];
             source->kind->place(source, from[i - first], place, sizeof place);
@@ -101,29 +140,66 @@ static enum ad_status look_at_times(struct hnn_table *table, const struct hnn_so
     return AD_OK;
 }
 
+enum ad_status hnn_table_next(struct hnn_table *table, struct hnn_source *source, size_t at,
+                              size_t *rows, struct ad_error *error)
+{
+    double **to = calloc(source->columns, sizeof *to);
+    *rows = 0;
+    if (!to)
+        return no_memory(table, error);
+    for (size_t k = 0; k < table->plan.n; k++)
+        if (table->reads[k])
+            to[table->plan.column[k]] =
+                table->column[k] + (hnn_table_whole(table, k) ? at : at - table->from);
+    source->kind->read(source, PHYS_CSV_ROWS, to, rows, error);
+    free(to);
+    return error->status;
+}
+
+/* After the first read, which tells how many rows HDF5 has, those of ranks' shares alone tell
+   trajectories and inputs. */
+static void end_first_read(struct hnn_table *table)
+{
+    const struct hnn_plan *plan = &table->plan;
+    for (size_t k = 0; k < plan->n; k++)
+        table->reads[k] = hnn_table_whole(table, k);
+    for (size_t k = 0; k < plan->inputs; k++)
+        table->reads[plan->slot[plan->input[k]]] = true;
+}
+
+static void add_fingerprint(struct hnn_table *table, size_t rows)
+{
+    for (size_t k = 0; k < table->plan.n; k++)
+        if (table->reads[k])
+            table->fingerprint = ad_hash(
+                table->fingerprint, hnn_table_row(table, table->plan.column[k], table->rows - rows),
+                rows * sizeof **table->column);
+}
+
 /* Numbers go from the file into the columns of the table. */
 static enum ad_status read_rows(struct hnn_table *table, struct hnn_source *source,
                                 struct ad_error *error)
 {
-    const struct hnn_plan *plan = &table->plan;
-    double **to = calloc(source->columns, sizeof *to);
     size_t *from = malloc(PHYS_CSV_ROWS * sizeof *from), rows = 1;
-    if (!to || !from)
+    if (!from)
         no_memory(table, error);
     for (size_t i = 0; from && i < PHYS_CSV_ROWS; i++)
         from[i] = i;
-    while (rows && error->status == AD_OK && make_room(table, error) == AD_OK) {
-        for (size_t k = 0; k < plan->n; k++)
-            to[plan->column[k]] = table->column[k] + table->rows;
-        if (source->kind->read(source, PHYS_CSV_ROWS, to, &rows, error) != AD_OK)
-            break;
+    while (rows && error->status == AD_OK && make_room(table, error) == AD_OK &&
+           hnn_table_next(table, source, table->rows, &rows, error) == AD_OK) {
         size_t kept = source->skip_missing ? leave_out_missing(table, rows, from) : rows;
         table->missing += rows - kept;
         table->rows += kept;
         look_at_times(table, source, kept, from, error);
+        if (table->shared) {
+            add_fingerprint(table, rows);
+            end_first_read(table);
+            hnn_table_slide(table, table->rows, 1);
+        }
     }
     table->missing += source->left_out;
-    AD_FREE(from, to);
+    table->fingerprint = ad_hash(table->fingerprint, &source->crc, sizeof source->crc);
+    free(from);
     return error->status;
 }
 
@@ -181,19 +257,25 @@ static enum ad_status prepare(const struct hnn_dataset_settings *settings, struc
                               const struct hnn_source *source, struct ad_error *error)
 {
     const struct hnn_plan *plan = &table->plan;
+    const bool differences = !plan->rate && settings->rollout == 0;
+    table->before = differences && settings->differences == HNN_CENTRAL;
+    table->after = settings->rollout ? settings->rollout : differences;
+    table->fingerprint = AD_HASH_BEGIN;
     table->by_time =
         !settings->trial && plan->trial == HNN_NO_COLUMN && plan->time != HNN_NO_COLUMN;
     table->column = calloc(plan->n, sizeof *table->column);
     table->uses = calloc(plan->n, sizeof *table->uses);
+    table->reads = malloc(plan->n * sizeof *table->reads);
     table->state_names = hnn_plan_names(source, plan->state, plan->components);
     table->coordinates = hnn_plan_names(source, plan->state, plan->components / 2);
     table->momenta =
         hnn_plan_names(source, plan->state + plan->components / 2, plan->components / 2);
     table->rate_names = hnn_plan_names(source, plan->rate, plan->components);
     table->input_names = hnn_plan_names(source, plan->input, plan->inputs);
-    if (!table->column || !table->uses || !table->state_names || !table->coordinates ||
-        !table->momenta || !table->rate_names || !table->input_names)
+    if (!table->column || !table->uses || !table->reads || !table->state_names ||
+        !table->coordinates || !table->momenta || !table->rate_names || !table->input_names)
         return no_memory(table, error);
+    memset(table->reads, true, plan->n * sizeof *table->reads);
     count_uses(table);
     return AD_OK;
 }
@@ -203,17 +285,16 @@ static enum ad_status read_table(const struct hnn_dataset_settings *settings, co
                                  struct ad_error *error)
 {
     struct hnn_source *source;
-    *table = (struct hnn_table){.file = file ? file : "columns in memory"};
+    *table = (struct hnn_table){.file = file ? file : "columns in memory",
+                                .shared = hnn_share_possible(settings, file)};
     if ((file ? hnn_source_open(file, settings->skip_rows, &source, error)
               : hnn_columns_open(columns, table->file, &source, error)) != AD_OK)
         return error->status;
     source->skip_missing = settings->skip_missing;
     table->units_line = source->units_line;
     if (hnn_plan_make(settings, source, &table->plan, error) == AD_OK &&
-        prepare(settings, table, source, error) == AD_OK) {
-        table->shared = hnn_share_possible(settings, table, file);
-        (table->shared ? hnn_share_count : read_rows)(table, source, error);
-    }
+        prepare(settings, table, source, error) == AD_OK)
+        read_rows(table, source, error);
     if (error->status == AD_OK && table->plan.trial != HNN_NO_COLUMN)
         look_at_trials(table, error);
     if (error->status == AD_OK && table->plan.time != HNN_NO_COLUMN)
@@ -235,7 +316,8 @@ enum ad_status hnn_table_read(const struct hnn_dataset_settings *settings, const
 void hnn_table_release(struct hnn_table *table, size_t column)
 {
     size_t k = table->plan.slot[column];
-    if (--table->uses[k] > 0 || column == table->plan.time || column == table->plan.trial)
+    if (table->shared || --table->uses[k] > 0 || column == table->plan.time ||
+        column == table->plan.trial)
         return;
     free(table->column[k]);
     table->column[k] = NULL;
@@ -245,8 +327,8 @@ void hnn_table_free(struct hnn_table *table)
 {
     for (size_t k = 0; table->column && k < table->plan.n; k++)
         free(table->column[k]);
-    AD_FREE(table->column, table->uses, table->role, table->state_names, table->coordinates,
-            table->momenta, table->rate_names, table->input_names);
+    AD_FREE(table->column, table->uses, table->reads, table->role, table->state_names,
+            table->coordinates, table->momenta, table->rate_names, table->input_names);
     hnn_plan_free(&table->plan);
     *table = (struct hnn_table){0};
 }

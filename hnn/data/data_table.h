@@ -66,12 +66,15 @@ struct hnn_table {
     double step;          /* median of the steps of time within trajectories; 0: no time */
     double longest;       /* step that rates and rollouts still cross */
     size_t units_line;    /* of the file, left out; 0: none */
+    bool varied;          /* inputs that are neither time nor controls change in a trajectory */
+    size_t before, after; /* rows that a sample needs before and after its own */
     double **column;      /* [plan.n], each [rows]; NULL once it is used up */
     size_t *uses;         /* [plan.n] of a column that are still to come */
     unsigned char *role;  /* [rows], enum hnn_role */
-    bool shared;          /* columns are room for PHYS_CSV_ROWS rows, of which hnn_share_read makes
-                             samples */
-    uint64_t fingerprint; /* hash of the first of them, and of text all of it */
+    bool shared;          /* among ranks: columns but time and trial hold the rows of a read, and */
+    size_t from;          /* those just before; the first of them */
+    bool *reads;          /* [plan.n], of a read */
+    uint64_t fingerprint; /* hash of what was read first, and of text all of it */
 };
 /* Reads all rows of a file, or of columns if it is NULL; their roles are HNN_UNUSED. Ends with
    hnn_table_free, whatever it returned. */
@@ -84,13 +87,22 @@ bool hnn_table_begins(const struct hnn_table *table, size_t row);
 /* It follows the row before in time: no trajectory begins, and no gap is between. */
 bool hnn_table_follows(const struct hnn_table *table, size_t row);
 const double *hnn_table_column(const struct hnn_table *table, size_t column);
+/* From a row on that is held. */
+const double *hnn_table_row(const struct hnn_table *table, size_t column, size_t row);
+/* Of tables shared: a column that is held whole. */
+bool hnn_table_whole(const struct hnn_table *table, size_t k);
+/* The next rows, of columns k for which `reads` is true, become rows `at` and on. */
+enum ad_status hnn_table_next(struct hnn_table *table, struct hnn_source *source, size_t at,
+                              size_t *rows, struct ad_error *error);
+/* Of tables shared: of the rows before `at` the last `keep` stay. */
+void hnn_table_slide(struct hnn_table *table, size_t at, size_t keep);
 /* Counts a use down; after the last one the column is freed. */
 void hnn_table_release(struct hnn_table *table, size_t column);
 
 /* ---- roles (data_split.c) ---- */
 
 /* Every row that has a target: HNN_TRAIN. Returns their number. */
-size_t hnn_roles_usable(const struct hnn_dataset_settings *settings, struct hnn_table *table);
+size_t hnn_roles_usable(struct hnn_table *table);
 /* Selection sampling: whether the next of `left` items is one of the `wanted`; exactly that many
    are selected in the end. */
 bool hnn_select(struct phys_random *random, size_t *wanted, size_t *left);
@@ -105,9 +117,14 @@ struct hnn_part {
     struct hnn_table *table;
     enum hnn_role role;
     size_t n, begin, end;
+    size_t first, last;         /* rows of the samples held are first to last - 1 */
+    size_t from, to, taken;     /* the next of them, and how many samples were before */
     bool shared;                /* among ranks */
     double *x, *target, *steps; /* steps: of rollouts, or forward differences */
 };
+/* Samples of rows from to to - 1, which are held, of parts of one table. */
+void hnn_parts_take(const struct hnn_dataset_settings *settings, struct hnn_part *part,
+                    size_t parts);
 
 /* Training samples from HNN_TRAIN rows of `table`, test samples from HNN_TEST rows of `test`, which
    may be the same table; their columns are used up. dataset->dof is set. */
@@ -117,17 +134,13 @@ enum ad_status hnn_samples_make(const struct hnn_dataset_settings *settings,
 
 /* ---- shares of ranks (data_share.c) ---- */
 
-/* Whether ranks can each read a share: rows are samples by themselves, in a file. */
-bool hnn_share_possible(const struct hnn_dataset_settings *settings, const struct hnn_table *table,
-                        const char *file);
-/* Counts the rows of a file. */
-enum ad_status hnn_share_count(struct hnn_table *table, struct hnn_source *source,
-                               struct ad_error *error);
+/* Whether ranks can each read a share: it is in a file, and no row is left out. */
+bool hnn_share_possible(const struct hnn_dataset_settings *settings, const char *file);
 /* All ranks have read a table; AD_E_INPUT: another one. */
 enum ad_status hnn_share_agree(const struct hnn_dataset_settings *settings,
                                const struct hnn_table *table, struct ad_error *error);
 /* Fills parts of one table from its file. */
-enum ad_status hnn_share_read(const struct hnn_dataset_settings *settings,
-                              const struct hnn_part *part, size_t parts, struct ad_error *error);
+enum ad_status hnn_share_read(const struct hnn_dataset_settings *settings, struct hnn_part *part,
+                              size_t parts, struct ad_error *error);
 
 #endif

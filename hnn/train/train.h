@@ -76,7 +76,7 @@ ad_var hnn_mean_squares(ad_var residual, const double *units);
    others. */
 extern const struct hnn_objective hnn_learn_own;
 enum ad_status hnn_own_loss_check(const hnn_model *model, const struct hnn_training *training,
-                                  const struct hnn_data *data, struct ad_error *error);
+                                  struct hnn_data *data, struct ad_error *error);
 
 /* These of the model's objective. */
 size_t hnn_x_rows(const hnn_model *model, const struct hnn_training *training);

@@ -125,45 +125,19 @@ static void put(enum ad_type type, double value, void *to, size_t at)
         ((double *)to)[at] = value;
 }
 
-/* ---- samples of other ranks ---- */
-
-struct taking {
-    const struct hnn_data *data;
-    const uint32_t *picked;
-    size_t n;
-};
-
-/* Those that are in the even part of rank `rank`, this one; 0 for the others. */
-static enum ad_status put_own(void *context, size_t rank, double *values, struct ad_error *error)
-{
-    const struct taking *t = context;
-    const struct hnn_data *d = t->data;
-    size_t first = ad_ranks_first(d->ranks, d->n, rank);
-    size_t end = ad_ranks_first(d->ranks, d->n, rank + 1);
-    for (size_t r = 0; r < d->x_rows + d->target_rows; r++) {
-        const double *row = r < d->x_rows ? d->samples.x + r * d->held
-                                          : d->samples.target + (r - d->x_rows) * d->held;
-        for (size_t i = 0; i < t->n; i++) {
-            size_t k = t->picked[i];
-            values[r * t->n + i] = k >= first && k < end ? row[k - d->samples.begin] : 0;
-        }
-    }
-    return error->status;
-}
-
 enum ad_status hnn_data_take(struct hnn_data *data, size_t n, const uint32_t *picked,
                              struct ad_error *error)
 {
-    struct taking t = {data, picked, n};
-    size_t numbers = (data->x_rows + data->target_rows) * n;
-    double *taken = realloc(data->taken, numbers * sizeof *taken);
+    const size_t rows[] = {data->x_rows, data->target_rows - data->rollout, data->rollout};
+    double *taken = realloc(data->taken, (data->x_rows + data->target_rows) * n * sizeof *taken);
     if (taken)
         data->taken = taken;
     else
         ad_fail(error, AD_E_MEMORY, "out of memory for a batch of %zu samples", n);
     data->n_taken = n;
     return ad_ranks_agree(data->ranks, error) == AD_OK
-               ? ad_ranks_sum(data->ranks, data->ranks->count, numbers, put_own, &t, taken, error)
+               ? hnn_samples_take(data->ranks, &data->samples, rows, data->dt, n, picked, taken,
+                                  error)
                : error->status;
 }
 
@@ -206,14 +180,14 @@ void hnn_data_copy(const struct hnn_data *data, const uint32_t *picked, size_t f
         if (picked && data->taken) {
             size_t n = data->n_taken;
             copy_column(data, data->x_rows, data->taken, n, first + col, x, cols, col);
-            copy_column(data, states, data->taken + data->x_rows * n, n, first + col, target, cols,
-                        col);
+            copy_column(data, data->target_rows, data->taken + data->x_rows * n, n, first + col,
+                        target, cols, col);
             continue;
         }
         copy_column(data, data->x_rows, s->x, data->held, k - s->begin, x, cols, col);
         copy_column(data, states, s->target, data->held, k - s->begin, target, cols, col);
         for (size_t r = 0; r < data->rollout; r++)
-            put(data->type, s->steps ? s->steps[r * data->n + k] : data->dt, target,
+            put(data->type, s->steps ? s->steps[r * data->held + k - s->begin] : data->dt, target,
                 (states + r) * cols + col);
     }
 }

@@ -23,10 +23,11 @@ static ad_var record(const hnn_model *model, const struct hnn_training *training
 
 const struct hnn_objective hnn_learn_own = {false, hnn_state_rows, target_rows, record};
 
-/* Losses of samples picked[n], recorded together, with the model's parameters. */
+/* Losses of samples picked[first] ..., n of them, recorded together, with the model's parameters.
+ */
 static enum ad_status losses_of(const hnn_model *model, const struct hnn_training *training,
-                                const struct hnn_data *data, size_t n, const uint32_t *picked,
-                                double *losses, struct ad_error *error)
+                                const struct hnn_data *data, size_t first, size_t n,
+                                const uint32_t *picked, double *losses, struct ad_error *error)
 {
     ad_tape *tape = ad_tape_new(data->type);
     ad_program *program = NULL;
@@ -39,7 +40,7 @@ static enum ad_status losses_of(const hnn_model *model, const struct hnn_trainin
         hnn_to_double(data->type, model->size, model->parameters, parameters);
         if (ad_compile(tape, 1, &out, &program) == AD_OK) {
             ad_set(program, w, parameters);
-            hnn_data_copy(data, picked, 0, n, n, ad_data(program, x), ad_data(program, target));
+            hnn_data_copy(data, picked, first, n, n, ad_data(program, x), ad_data(program, target));
             ad_run(program);
             ad_get(program, out, losses);
         }
@@ -54,7 +55,7 @@ static enum ad_status losses_of(const hnn_model *model, const struct hnn_trainin
 }
 
 enum ad_status hnn_own_loss_check(const hnn_model *model, const struct hnn_training *training,
-                                  const struct hnn_data *data, struct ad_error *error)
+                                  struct hnn_data *data, struct ad_error *error)
 {
     const uint32_t picked[] = {0, data->n > 2 ? (uint32_t)(data->n / 2) : 0,
                                data->n > 1 ? (uint32_t)(data->n - 1) : 0};
@@ -62,9 +63,11 @@ enum ad_status hnn_own_loss_check(const hnn_model *model, const struct hnn_train
     double together[N], alone[N];
     if (!training->loss)
         return AD_OK;
-    losses_of(model, training, data, N, picked, together, error);
+    if (data->samples.end && hnn_data_take(data, N, picked, error) != AD_OK)
+        return error->status;
+    losses_of(model, training, data, 0, N, picked, together, error);
     for (size_t k = 0; k < N && error->status == AD_OK; k++)
-        losses_of(model, training, data, 1, picked + k, alone + k, error);
+        losses_of(model, training, data, k, 1, picked, alone + k, error);
     if (error->status == AD_OK &&
         !hnn_agree(N, together, alone, data->type == AD_F32 ? 1e-3 : 1e-9))
         ad_fail(error, AD_E_ARGUMENT,

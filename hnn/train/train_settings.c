@@ -20,7 +20,7 @@ void hnn_training_defaults_to(struct hnn_training *settings)
 
 static bool steps_are_positive(const struct hnn_training *s, const struct hnn_samples *samples)
 {
-    size_t n = samples->n * s->rollout;
+    size_t n = hnn_samples_held(samples) * s->rollout;
     if (!samples->steps)
         return samples->n == 0 || (s->dt > 0 && isfinite(s->dt));
     for (size_t k = 0; k < n; k++)
@@ -38,11 +38,10 @@ static enum ad_status check_share(const struct hnn_training *s, const struct hnn
         return AD_OK;
     hnn_samples_share(s->ranks, samples->n, &begin, &end);
     end = end ? end : samples->n;
-    if (s->rollout || s->loss || samples->frames)
+    if (samples->frames)
         return ad_fail(error, AD_E_ARGUMENT,
-                       "rollouts, losses of one's own and frames: expected all samples on every "
-                       "rank, got %zu to %zu",
-                       samples->begin, samples->end);
+                       "frames: expected all samples on every rank, got %zu to %zu", samples->begin,
+                       samples->end);
     if (samples->begin > begin || samples->end < end || samples->end > samples->n)
         return ad_fail(error, AD_E_ARGUMENT,
                        "samples of this rank: expected %zu to %zu of %zu, got %zu to %zu", begin,

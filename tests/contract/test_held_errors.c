@@ -71,6 +71,7 @@ static void touched(int signal)
     X(ad_ranks_exchange, ad_ranks_exchange(P, 0, P, 0, P, 1, e))                                   \
     X(ad_ranks_spread, ad_ranks_spread(P, 0, P, P, e))                                             \
     X(hnn_samples_sum, hnn_samples_sum(P, P, 1, NULL, P, P, e))                                    \
+    X(hnn_samples_take, hnn_samples_take(P, P, P, 0, 1, P, P, e))                                  \
     X(ad_ranks_least, ad_ranks_least(P, 1, P, e))                                                  \
     X(ad_ranks_agree, (ad_ranks_agree(NULL, e), ad_ranks_check(P, e)))                             \
     X(ad_ranks_same, ad_ranks_same(P, P, P, e))                                                    \

@@ -1,23 +1,27 @@
 /* Ranks that each read their share of a file: they hold no more, hold what one process reads there,
-   and training on it ends in the same file, to the last bit. */
+   and training on it ends in the same file, to the last bit; of states with rates, and of motions.
+ */
 #include "small.h"
 #include "hnn/data/data.h"
 #include "physics/io/hdf5_file.h"
+#include "physics/io/random.h"
 #include "tests/close.h"
 #include "tests/files.h"
 #include "tests/mentions.h"
 #include "tests/ranks.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROWS = 60000, COLUMNS = 4, MARGIN = 8192, MOST = 4 };
+enum { ROWS = 60000, COLUMNS = 4, INPUTS = 2, MARGIN = 8192, MOST = 4, MOTION_ROWS = 40000 };
 
 struct job {
     const char *name;
     const char *file[MOST]; /* of each rank */
     struct hnn_dataset_settings data;
     size_t kind, batch; /* of small_kinds */
+    bool hold;
     struct path out;
     struct hnn_dataset read[MOST];
     struct ad_error error[MOST];
@@ -39,6 +43,11 @@ static void work(void *context, struct ad_ranks *ranks)
     training.steps = 4;
     training.every = 2;
     training.batch = j->batch;
+    training.rollout = j->data.rollout;
+    training.dt = j->data.dt;
+    training.hold = j->hold;
+    if (j->data.inputs)
+        net.inputs = INPUTS, net.time = true;
     if (hnn_dataset_read(&settings, data, error) == AD_OK &&
         hnn_model_new(&net, &model, error) == AD_OK &&
         hnn_dataset_normalise(data, model, error) == AD_OK &&
@@ -60,18 +69,25 @@ static void run(struct job *job, size_t count)
             fail_msg("%s, rank %zu of %zu: %s", job->name, k, count, job->error[k].message);
 }
 
-/* A part holds its share of the whole. */
-static void check_held(const struct hnn_samples *part, const struct hnn_samples *whole,
-                       size_t count)
+static void check_rows(size_t rows, const double *part, size_t held, const double *whole, size_t n)
 {
-    size_t held = hnn_samples_held(part);
-    assert_int_equal(part->n, whole->n);
-    assert_in_range(held, whole->n / count, whole->n / count + 2 * MARGIN + 1);
-    for (size_t r = 0; r < 2; r++) {
-        const size_t bytes = held * sizeof(double), from = r * whole->n + part->begin;
-        assert_memory_equal(part->x + r * held, whole->x + from, bytes);
-        assert_memory_equal(part->target + r * held, whole->target + from, bytes);
-    }
+    for (size_t r = 0; r < rows; r++)
+        assert_memory_equal(part + r * held, whole + r * n, held * sizeof *part);
+}
+
+/* A part holds its share of the whole. */
+static void check_held(const struct job *job, const struct hnn_samples *part,
+                       const struct hnn_samples *whole, size_t count)
+{
+    const size_t held = hnn_samples_held(part), n = whole->n, at = part->begin,
+                 steps = job->data.rollout, inputs = job->data.inputs ? INPUTS : 0;
+    assert_int_equal(part->n, n);
+    assert_in_range(held, n / count, n / count + 2 * MARGIN + 1);
+    check_rows(2 + inputs * (1 + steps), part->x, held, whole->x + at, n);
+    check_rows(2 * (steps ? steps : 1), part->target, held, whole->target + at, n);
+    assert_int_equal(part->steps == NULL, whole->steps == NULL);
+    if (whole->steps)
+        check_rows(steps ? steps : 1, part->steps, held, whole->steps + at, n);
 }
 
 static void check(struct job *job)
@@ -88,8 +104,11 @@ static void check(struct job *job)
         assert_memory_equal(parts, whole, bytes);
         free(parts);
         for (size_t k = 0; k < count; k++) {
-            check_held(&job->read[k].train, &one.train, count);
-            check_held(&job->read[k].test, &one.test, count);
+            const struct hnn_dataset *read = &job->read[k];
+            check_held(job, &read->train, &one.train, count);
+            check_held(job, &read->test, &one.test, count);
+            assert_true(read->trials == one.trials && read->gaps == one.gaps &&
+                        read->varied == one.varied);
             hnn_dataset_free(&job->read[k]);
         }
     }
@@ -131,6 +150,69 @@ static void test_shares(void **state)
         job.data.split = of % 2 ? HNN_SPLIT_RANDOM : HNN_SPLIT_TAIL;
         for (size_t k = 0; k < MOST; k++)
             job.file[k] = of % 2 ? hdf5.text : csv.text;
+        check(&job);
+    }
+}
+
+/* Motions from random starts: their lengths, steps of time and inputs differ, and there are gaps.
+ */
+static void write_motions(struct path *csv, struct path *hdf5)
+{
+    static const char names[] = "run,t,q,p,u,dqdt,dpdt";
+    enum { WIDE = 7 };
+    double *rows = malloc(MOTION_ROWS * WIDE * sizeof *rows), t = 0, run = 0, phase = 0, size = 1;
+    struct phys_random random;
+    struct ad_error error = {0};
+    phys_hdf5 *file;
+    phys_random_seed(&random, 5);
+    for (size_t k = 0; k < MOTION_ROWS; k++) {
+        const double chance = phys_random_uniform(&random);
+        t += chance < 0.002 ? 1 : 0.05 + 0.02 * phys_random_uniform(&random);
+        if (k % 9000 == 0 || chance > 0.998) {
+            run++;
+            t = phys_random_uniform(&random);
+            phase = 6 * phys_random_uniform(&random);
+            size = 0.5 + phys_random_uniform(&random);
+        }
+        const double q = size * sin(t + phase), p = size * cos(t + phase);
+        memcpy(rows + k * WIDE, (double[]){run, t, q, p, floor(20 * chance), p, -q},
+               WIDE * sizeof *rows);
+    }
+    files_write_csv(csv->text, names, MOTION_ROWS, WIDE, rows);
+    assert_int_equal(phys_hdf5_create(hdf5->text, &file, &error), AD_OK);
+    phys_hdf5_write(file, "data", AD_F64, 2, (size_t[]){MOTION_ROWS, WIDE}, rows);
+    assert_int_equal(phys_hdf5_commit(file, &error), AD_OK);
+    free(rows);
+}
+
+/* Samples that need rows before and after their own, and times, trials and inputs. */
+static void test_motions(void **state)
+{
+    (void)state;
+    struct path csv = files_temporary("motions.csv"), hdf5 = files_temporary("motions.h5");
+    const struct job jobs[] = {
+        {.name = "forward", .data = {.time = "2", .trial = "1"}, .batch = 1003},
+        {.name = "forward, lnn", .kind = 7, .data = {.time = "2", .trial = "1"}},
+        {.name = "central, random",
+         .data = {.time = "2", .differences = HNN_CENTRAL, .split = HNN_SPLIT_RANDOM}},
+        {.name = "trials", .data = {.rate = "6,7", .trial = "1", .split = HNN_SPLIT_TRIAL}},
+        {.name = "inputs", .data = {.rate = "6,7", .time = "2", .inputs = "2,5"}, .batch = 1003},
+        {.name = "rollouts", .data = {.time = "2", .trial = "1", .rollout = 2}},
+        {.name = "equal steps", .data = {.trial = "", .rollout = 3, .dt = 0.06}, .batch = 1003},
+        {.name = "rollouts with inputs",
+         .data = {.time = "2", .rollout = 2, .inputs = "2,5", .split = HNN_SPLIT_TRIAL},
+         .batch = 1003,
+         .hold = true},
+    };
+    write_motions(&csv, &hdf5);
+    for (size_t i = 0; i < sizeof jobs / sizeof *jobs; i++) {
+        struct job job = jobs[i];
+        job.kind = job.kind ? job.kind : 1;
+        job.data.size = sizeof job.data;
+        job.data.state = "3,4";
+        job.data.test_fraction = 0.45;
+        for (size_t k = 0; k < MOST; k++)
+            job.file[k] = i % 2 ? hdf5.text : csv.text;
         check(&job);
     }
 }
@@ -199,8 +281,8 @@ static void test_damaged(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_shares),
-                                       cmocka_unit_test(test_velocities),
-                                       cmocka_unit_test(test_damaged)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_shares), cmocka_unit_test(test_motions),
+        cmocka_unit_test(test_velocities), cmocka_unit_test(test_damaged)};
     return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }
