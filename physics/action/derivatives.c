@@ -5,9 +5,11 @@
    so a run for each colour of coordinates that no row couples gives them all; all but the first
    recompute only what depends on the seed. */
 #include "derivatives.h"
+#include "autodiff/free.h"
 #include "units.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* L at the points, on the tape of the action or on one of its own. */
 static ad_var lagrangian(struct phys_derivatives *d, const struct phys_system *system,
@@ -67,11 +69,15 @@ static enum ad_status make(struct phys_derivatives *d, const struct phys_system 
 {
     *d = (struct phys_derivatives){.units = phys_may_differ_in_unit(system),
                                    .dof = system->dof,
+                                   .scene = system->scene,
                                    .columns = action ? ad_cols(action->points.q) : columns};
     d->work = malloc(((2 * d->dof + 1) * d->columns + d->dof) * sizeof *d->work);
     if (!action)
         d->tape = ad_tape_new(AD_F64);
-    if (!d->work || (!action && !d->tape) ||
+    const size_t bytes = system->scene->params_bytes;
+    if ((d->params = malloc(bytes + 1)) && bytes > 0)
+        memcpy(d->params, system->params, bytes);
+    if (!d->work || !d->params || (!action && !d->tape) ||
         (second && !phys_coupling_new(&d->coupling, system, PHYS_COUPLING_L, PHYS_COUPLING_FEW)))
         return ad_fail(error, AD_E_MEMORY, "out of memory for derivatives of L");
     return record(d, system, action, second, error);
@@ -97,8 +103,15 @@ void phys_derivatives_free(struct phys_derivatives *d)
     ad_program_free(d->second);
     ad_tape_free(d->tape);
     phys_pattern_free(&d->coupling);
-    free(d->work);
+    AD_FREE(d->work, d->params);
     *d = (struct phys_derivatives){0};
+}
+
+bool phys_derivatives_serve(const struct phys_derivatives *d, const struct phys_system *system)
+{
+    const size_t bytes = system->scene->params_bytes;
+    return d->scene == system->scene && d->second &&
+           (bytes == 0 || memcmp(d->params, system->params, bytes) == 0);
 }
 
 void phys_derivatives_native(struct phys_derivatives *d)

@@ -17,6 +17,8 @@ struct phys_derivatives {
     double *work;                  /* [2 dof + 1][columns], [dof] */
     bool units;                    /* coordinates may differ in unit (units.h) */
     struct phys_pattern coupling;
+    const struct phys_scene *scene; /* whose L it is, ... */
+    void *params;                   /* ... [params_bytes] with these parameters */
 };
 
 /* Blocks of `columns` points; or one block, the points of the path of which `action` recorded L.
@@ -29,6 +31,8 @@ enum ad_status phys_derivatives_first_new(struct phys_derivatives *d,
                                           const struct phys_system *system, size_t columns,
                                           struct ad_error *error);
 void phys_derivatives_free(struct phys_derivatives *d);
+/* Whether they are of a system's L with its present parameters. */
+bool phys_derivatives_serve(const struct phys_derivatives *d, const struct phys_system *system);
 /* Programs that take long become machine code (ad_native_lazy). */
 void phys_derivatives_native(struct phys_derivatives *d);
 /* Sets the points of a block in a program: d->work holds q, v and t. */

@@ -84,7 +84,10 @@ struct phys_path_settings {
     const double *compare;   /* [s*dof x slices]: a path to be measured as well; or NULL */
     bool compare_true;       /* it is a motion of the system, not of the grid (phys_path_find) */
     struct phys_refined *refined; /* phys_path_find: of phys_path_refine, whose recording and
-                                     verdicts serve where the same path is found; or NULL */
+                                     verdicts serve where the same path is found; or NULL.
+                                     phys_path_refine: of an earlier path of the system, whose
+                                     recording serves while parameters are the same; it is to
+                                     outlast the other; or NULL */
     double *start_momentum;       /* [dof]: receives -dS/dq at the first slice of the path found, a
                                      momentum of the order of the rule; or NULL */
     size_t threads;
@@ -232,9 +235,10 @@ struct phys_refined {
     double *mesh;         /* [slices] that of the settings; NULL: its elements are even */
     struct phys_spectrum spectrum;
     double finer; /* ... and its distance from that of a rule of higher order on more elements */
-    struct phys_derivatives *of; /* of L, for all levels */
     const char *approach;        /* what led to a guess, where the one given did not: a path of a
                                     shorter time, or a motion; NULL: it did */
+    struct phys_derivatives *of; /* of L, for all levels ... */
+    bool borrowed;               /* ... of settings->refined */
     bool unsettled;              /* AD_E_ACCURACY because levels converge to different paths */
     bool singular;               /* ... because no elements resolve the path, as at a collision */
 };

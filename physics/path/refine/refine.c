@@ -194,6 +194,24 @@ static enum ad_status climb_all(struct phys_climb *c, const struct phys_rule *gi
     return error->status;
 }
 
+/* Of L: those of an earlier path, or new ones. */
+static enum ad_status find_derivatives(struct phys_refined *refined,
+                                       const struct phys_system *system,
+                                       const struct phys_path_settings *settings,
+                                       struct ad_error *error)
+{
+    const struct phys_refined *earlier = settings->refined;
+    refined->borrowed = earlier && earlier->of && phys_derivatives_serve(earlier->of, system);
+    refined->of = refined->borrowed ? earlier->of : calloc(1, sizeof *refined->of);
+    if (!refined->of)
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    if (!refined->borrowed &&
+        phys_derivatives_new(refined->of, system, PHYS_LADDER_COLUMNS, NULL, error) == AD_OK &&
+        settings->native)
+        phys_derivatives_native(refined->of);
+    return error->status;
+}
+
 enum ad_status phys_path_refine(const struct phys_system *system,
                                 const struct phys_path_settings *settings, const double *guess,
                                 double ends_error, double tolerance, struct phys_refined *refined,
@@ -231,13 +249,8 @@ enum ad_status phys_path_refine(const struct phys_system *system,
     refined->settings->start_momentum = NULL;
     refined->settings->tolerance = 0;
     refined->settings->hold = 0;
-    refined->of = calloc(1, sizeof *refined->of);
-    if (!refined->of)
-        return ad_fail(error, AD_E_MEMORY, "out of memory");
-    if (phys_derivatives_new(refined->of, system, PHYS_LADDER_COLUMNS, NULL, error) == AD_OK &&
-        settings->native)
-        phys_derivatives_native(refined->of);
-    if (error->status == AD_OK && climb_all(&c, settings->rule, error) == AD_OK) {
+    if (find_derivatives(refined, system, settings, error) == AD_OK &&
+        climb_all(&c, settings->rule, error) == AD_OK) {
         refined->start = c.here.start;
         refined->path = c.here.path;
         refined->mesh = c.here.mesh;
@@ -255,9 +268,11 @@ void phys_refined_free(struct phys_refined *refined)
 {
     if (!refined)
         return;
-    if (refined->of)
+    if (refined->of && !refined->borrowed) {
         phys_derivatives_free(refined->of);
+        free(refined->of);
+    }
     phys_spectrum_free(&refined->spectrum);
-    AD_FREE(refined->of, refined->settings, refined->start, refined->path, refined->mesh);
+    AD_FREE(refined->settings, refined->start, refined->path, refined->mesh);
     *refined = (struct phys_refined){0};
 }

@@ -280,11 +280,47 @@ static void descents_end_early(void **state)
     phys_system_close(&system);
 }
 
+/* A path by the recording of L of an earlier one is the same to the last bit, also where parameters
+   have changed meanwhile, whose recording is another. */
+static void recordings_serve_again(void **state)
+{
+    struct phys_system system = system_opened("pendulum");
+    struct phys_refined refined[4] = {{0}};
+    struct ad_error error = {0};
+    const double ends[] = {1.2, 0.4};
+    (void)state;
+    for (size_t k = 0; k < 4; k++) {
+        struct phys_path_settings settings = phys_path_defaults(&system);
+        settings.rule = NULL;
+        settings.slices = 2;
+        settings.dt = 20;
+        settings.refined = k % 2 ? &refined[0] : NULL;
+        if (k == 2)
+            phys_system_set(&system, "g", 0.7, &error);
+        phys_path_refine(&system, &settings, ends, 0, 1e-8, &refined[k], &error);
+        assert_no_error(&error);
+        assert_true((refined[k].of == refined[0].of) == (k < 2));
+    }
+    for (size_t k = 0; k < 4; k += 2) {
+        const struct phys_path_settings *own = refined[k].settings,
+                                        *again = refined[k + 1].settings;
+        assert_ptr_equal(own->rule, again->rule);
+        assert_int_equal(own->slices, again->slices);
+        assert_memory_equal(refined[k].path, refined[k + 1].path,
+                            own->rule->degree * own->slices * sizeof *refined[k].path);
+    }
+    assert_true(refined[0].path[1] != refined[2].path[1]);
+    for (size_t k = 4; k-- > 0;)
+        phys_refined_free(&refined[k]);
+    phys_system_close(&system);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(problems_of_boundary_value_codes),
         cmocka_unit_test(descents_end_early),
+        cmocka_unit_test(recordings_serve_again),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
