@@ -64,7 +64,7 @@ static real gas(const real *q, const real *v)
     for (int b = 1; b < 50; b++)
         for (int a = 0; a < b; a++) {
             real u = 0.04L * 0.04L / distance2(q, a, b);
-            V += 1e-4L * (powl(u, 6) - powl(u, 3));
+            V += 1e-4L * (u * u * u - 1) * u * u * u;
         }
     return (kinetic(100, v) - V) / 50;
 }
