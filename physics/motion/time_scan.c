@@ -12,7 +12,6 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum {
     COLUMNS = 4096, /* times of one run */
@@ -125,24 +124,27 @@ static void sample(struct scan *s, double a, double b, size_t n, double *force, 
    not resolved. What is rounding of `largest` is none. */
 static void measure_density(double a, double b, size_t n, double largest, double *force)
 {
-    double step = (b - a) / (double)(n - 1), f[5];
-    memcpy(f + 1, force, 4 * sizeof *f);
+    double step = (b - a) / (double)(n - 1), rate = 1 / step;
+    double last[2] = {0, 0}; /* densities of two times whose forces are still needed */
     for (size_t i = 2; i + 2 < n; i++) {
-        memmove(f, f + 1, 4 * sizeof *f);
-        f[4] = force[i + 2];
+        const double *f = force + i - 2;
         double low = f[0], high = f[0], rough = fabs(f[0] - 4 * f[1] + 6 * f[2] - 4 * f[3] + f[4]);
         for (int k = 1; k < 5; k++) { /* without NaN, of which rough is one */
             low = f[k] < low ? f[k] : low;
             high = f[k] > high ? f[k] : high;
         }
-        double clock = fabs(a + (double)i * step) / step; /* rounding of t, in steps */
+        double clock = fabs(a + (double)i * step) * rate; /* rounding of t, in steps */
         double size = fabs(low) > fabs(high) ? fabs(low) : fabs(high);
         size = size > largest ? size : largest;
         double noise = DBL_EPSILON * (64 * size + clock * (high - low));
         double density = rough > 4 * noise ? sqrt(sqrt(rough)) : 0; /* NaN: 0 */
-        force[i] = rough > ABRUPT * (high - low) ? -density : density;
+        force[i - 2] = last[0];
+        last[0] = last[1];
+        last[1] = rough > ABRUPT * (high - low) ? -density : density;
     }
-    force[0] = force[1] = force[n - 2] = force[n - 1] = 0;
+    force[n - 4] = last[0];
+    force[n - 3] = last[1];
+    force[n - 2] = force[n - 1] = 0;
 }
 
 /* Adds the times that divide the density into `count` shares, where these are closer to each other
