@@ -197,7 +197,6 @@ static enum ad_status read_rows(struct hnn_table *table, struct hnn_source *sour
             hnn_table_slide(table, table->rows, 1);
         }
     }
-    table->missing += source->left_out;
     table->fingerprint = ad_hash(table->fingerprint, &source->crc, sizeof source->crc);
     free(from);
     return error->status;
@@ -299,6 +298,7 @@ static enum ad_status read_table(const struct hnn_dataset_settings *settings, co
         look_at_trials(table, error);
     if (error->status == AD_OK && table->plan.time != HNN_NO_COLUMN)
         look_at_steps(table, error);
+    table->missing += source->left_out;
     hnn_source_close(source);
     if (error->status == AD_OK && !(table->role = calloc(table->rows + 1, 1)))
         return no_memory(table, error);
