@@ -65,7 +65,9 @@ ISA_avx512 = -mavx512f -mavx512dq -mavx512vl -mavx512bw -mavx2 -mfma -mprefer-ve
 
 KERNELS := $(wildcard autodiff/kernels/kernels.c)
 SWEEPS  := $(wildcard autodiff/direct/sweeps.c)
-LIB_SRC := $(filter-out $(KERNELS) $(SWEEPS),$(wildcard $(foreach d,autodiff physics hnn quantum,$d/*.c $d/*/*.c $d/*/*/*.c)))
+# The libraries, each after those it uses: ROOMS=autodiff builds what its tests need.
+ROOMS   := autodiff physics hnn quantum
+LIB_SRC := $(filter-out $(KERNELS) $(SWEEPS),$(wildcard $(foreach d,$(ROOMS),$d/*.c $d/*/*.c $d/*/*/*.c)))
 LIB_OBJ := $(LIB_SRC:%.c=$(BUILD)/%.o) \
            $(if $(KERNELS),$(foreach t,f32 f64,$(foreach i,$(ISAS),$(BUILD)/autodiff/kernels/$(t)_$(i).o))) \
            $(if $(SWEEPS),$(foreach t,f32 f64,$(BUILD)/autodiff/direct/sweeps_$(t).o))
@@ -144,7 +146,7 @@ help:
 	@echo '  torture    kill runs at random moments: files stay intact, training resumes'
 	@echo '  test-ranks the command on 1 to 4 ranks, by each MPI installed; KILLS=5 of ranks'
 	@echo '  ranks-speed  training and ensembles on two ranks beside one (SAMPLES=1000000 RUNS=3)'
-	@echo '  recipes    follow docs/recipes.md in a copy of the tree (minutes)'
+	@echo '  recipes    follow docs/recipes.md in copies of the tree and its build (minutes)'
 	@echo '  faults     fail each file call and each allocation of a run, for each subcommand'
 	@echo '  tsan       multithreaded tests under the thread sanitizer (clang)'
 	@echo '  fuzz       each parser under libFuzzer (clang), FUZZ_SECONDS=10 each; check runs the corpus'
