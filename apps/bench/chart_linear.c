@@ -31,7 +31,8 @@ static const struct column columns[] = {
     {.key = NULL},
 };
 
-enum { FEW = 1000 }; /* units below which the fixed cost of a run counts */
+/* Units below which the fixed cost of a run counts; slices that fill a line of the cache. */
+enum { FEW = 1000, ALIGNED = 8 };
 
 static const struct series {
     const char *name, *unit, *title;
@@ -115,8 +116,10 @@ static enum ad_status measure(struct sheet *sheet, const char *over, const struc
             {.run = time_program, .context = s.program[0], .processor = true},
             {.run = time_program, .context = s.program[1], .processor = true}};
         struct ad_program_info info = ad_program_info(s.program[0]);
-        time_in_turn(WAYS, jobs, affordable(jobs, quick));
-        double ns[WAYS] = {jobs[0].nanoseconds, jobs[1].nanoseconds}, n = (double)units;
+        const size_t rounds = affordable(jobs, quick);
+        time_in_turn(WAYS, jobs, rounds);
+        double ns[WAYS] = {time_least(&jobs[0], rounds), time_least(&jobs[1], rounds)};
+        double n = (double)units;
         double program = (double)(info.value_bytes + info.bytes);
         double tape = (double)ad_tape_bytes(s.recorded.tape), grown = fmax(resident() - before, 0);
         sheet_row(sheet,
@@ -139,6 +142,7 @@ static enum ad_status over_slices(bool quick, struct sheet *sheet, struct ad_err
         size_t slices = (size_t)lround(100 * pow(10, (double)k / (quick ? 1 : 2)));
         if ((double)slices > 1.01 * most)
             break;
+        slices = slices < FEW ? slices : slices / ALIGNED * ALIGNED;
         struct size size = {.scene = HAND_THREEBODY, .slices = slices};
         measure(sheet, "slices", &size, slices, quick, error);
     }

@@ -42,7 +42,8 @@ static void write_value(struct writer *w, const struct instruction *in)
     if (o->base != BASE_TILE) {
         if (ad_native_is_read(w, in->value, o->base, ad_native_at(w, o))) {
             bool stream = o->base == BASE_MEMORY && w->walk->lanes > 1 &&
-                          w->p->last[in->value] == UINT32_MAX && ad_native_streams(w->p);
+                          o->rs % w->walk->lanes == 0 && w->p->last[in->value] == UINT32_MAX &&
+                          ad_native_streams(w->p);
             ad_native_say(w, stream ? "stream@(" : "store@(");
             ad_native_address(w, o);
             ad_native_say(w, ", v%u_%u);\n", in->loc[0], w->k);

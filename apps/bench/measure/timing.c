@@ -16,7 +16,8 @@ static const double cold_ns = 1e7; /* a first call may take so much longer than 
 
 enum { MAX_JOBS = 8 };
 
-/* The first call of several is not counted: it finds the cache as the other jobs left it. */
+/* The first call of several is not counted: it finds the caches as the other jobs left them,
+   perhaps full of lines that are yet to be written to memory. */
 static double batch(const struct timed *job, size_t calls)
 {
     double (*clock)(void) = job->processor ? processor_seconds : ad_now;
@@ -34,7 +35,7 @@ static size_t calls_in_a_batch(const struct timed *job)
     if (ns < cold_ns)
         ns = batch(job, 1);
     if (ns > batch_ns)
-        return 1;
+        return ns > cold_ns ? 1 : 2;
     ns = batch(job, 2 + (size_t)(batch_ns / (ns + 1)));
     return 1 + (size_t)(batch_ns / ns);
 }
