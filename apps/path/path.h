@@ -64,6 +64,7 @@ struct path_run {
     size_t n_tables;                  /* of --data, and what its first slice is in them */
     struct phys_horizons *tables;
     size_t first_epoch;
+    struct phys_ode ode;             /* of all motions; settings.ode */
     struct phys_refined refined;     /* --tol; none else */
     bool along;                      /* ... on elements along the motion: else it is singular */
     struct phys_continuation follow; /* --continue; name NULL: none */

@@ -186,6 +186,7 @@ void path_run_free(struct path_run *run)
     for (size_t k = 0; k < run->n_tables; k++)
         phys_horizons_free(&run->tables[k]);
     free(run->tables);
+    phys_ode_free(&run->ode);
     phys_refined_free(&run->refined);
     phys_continued_free(&run->continued);
     path_record_free(&run->record);

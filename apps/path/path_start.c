@@ -29,8 +29,21 @@ enum ad_status path_motion(const struct path_run *run, size_t slices, double dt,
     const struct phys_simulation how = {.size = sizeof how,
                                         .rtol = tolerance,
                                         .max_steps = PHYS_MOTION_STEPS,
+                                        .ode = run->settings.ode,
                                         .proceed = interrupt_proceed};
     return phys_scene_path(&run->system, run->options->common.seed, &how, slices, dt, path, error);
+}
+
+/* One of the system for all its motions; where there is none each says why. Parameters that change
+   are of another. */
+static void share_motion(struct path_run *run)
+{
+    struct ad_error none = {0};
+    if (run->follow.name || run->system.scene->between)
+        return;
+    if (phys_ode_for(&run->system, phys_integrator_find("dop853", &none), &run->ode, &none) ==
+        AD_OK)
+        run->settings.ode = &run->ode;
 }
 
 /* The scene's motion, which gives the ends; the true motion if an error is asked for. */
@@ -164,6 +177,8 @@ enum ad_status path_start(struct path_run *run, double *observed, struct ad_erro
     if (error->status == AD_OK && options->reference)
         run->reference = path_read(run, options->reference, error);
     bool needed = !file && !(run->given && path_from_line(options)); /* ends that are given: not */
+    if (error->status == AD_OK && needed)
+        share_motion(run);
     if (error->status == AD_OK && needed)
         motion = observed ? observed_motion(run, observed, error) : scene_motion(run, error);
     if (error->status == AD_OK && (run->start = path_new(run, error)) &&

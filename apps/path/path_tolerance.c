@@ -76,6 +76,7 @@ static enum ad_status motion_on_mesh(const struct path_run *run, struct phys_gri
     const struct phys_simulation how = {.size = sizeof how,
                                         .rtol = PATH_TIGHTEST,
                                         .max_steps = PHYS_MOTION_STEPS,
+                                        .ode = run->settings.ode,
                                         .times = times + 1,
                                         .proceed = interrupt_proceed};
     if (!times)

@@ -48,7 +48,7 @@ static bool identify(struct compiler *c)
         char path[PATH_MAX];
         struct stat s = {0};
         const char *word = find_program(c->words[k], path) ? path : c->words[k];
-        if (word == path && stat(path, &s) != 0)
+        if (word == path ? stat(path, &s) != 0 : k == 0)
             return false;
         int n = snprintf(c->identity + used, sizeof c->identity - used, "%s%s %lld %lld",
                          k ? " " : "", word, (long long)s.st_size, (long long)s.st_mtime);
@@ -61,12 +61,11 @@ static bool identify(struct compiler *c)
 
 bool ad_cc_find(struct compiler *c, struct ad_error *note)
 {
-    char path[PATH_MAX];
     const char *name = getenv("CC");
     if (!name || !*name)
         name = "cc";
     if (snprintf(c->text, sizeof c->text, "%s", name) >= (int)sizeof c->text ||
-        split_words(c) == 0 || !find_program(c->words[0], path) || !identify(c)) {
+        split_words(c) == 0 || !identify(c)) {
         ad_fail(note, AD_E_IO, "no C compiler: %.100s is not found", name);
         return false;
     }

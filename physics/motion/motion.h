@@ -77,6 +77,9 @@ struct phys_simulation {
     bool land; /* adaptive: steps end at the samples, which are then not interpolated */
     /* Called before every step; false interrupts the simulation. NULL: never. */
     bool (*proceed)(void *context);
+    /* phys_motion_path, phys_scene_path: by phys_ode_for, for all motions of a system; NULL: made
+       for the one. */
+    const struct phys_ode *ode;
 };
 
 struct phys_simulation_info {
@@ -125,8 +128,8 @@ enum ad_status phys_trajectory(const struct phys_simulation *how, const struct p
                                double *y, size_t rows, size_t columns, double *path,
                                struct phys_simulation_info *info, struct ad_error *error);
 /* The motion of a Lagrangian from q and v [dof] at t = 0, at slices dt apart: path [dof x slices].
-   Of `how`, integrator (NULL: taylor, or dop853), dt, tolerances, max_steps, proceed and its
-   context are used; how NULL: relative errors of 1e-13 per step. */
+   Of `how`, integrator (NULL: taylor, or dop853), dt, tolerances, max_steps, proceed, its
+   context and ode are used; how NULL: relative errors of 1e-13 per step. */
 enum ad_status phys_motion_path(const struct phys_system *system, const struct phys_simulation *how,
                                 const double *q, const double *v, size_t slices, double dt,
                                 double *path, struct ad_error *error);

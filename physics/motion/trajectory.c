@@ -88,7 +88,7 @@ enum ad_status phys_motion_path(const struct phys_system *system, const struct p
                                 const double *q, const double *v, size_t slices, double dt,
                                 double *path, struct ad_error *error)
 {
-    struct phys_ode ode = {0};
+    struct phys_ode own = {0};
     static const struct phys_simulation tightly = {.size = sizeof tightly, .rtol = 1e-13};
     if (AD_LACKS(error, system, system->scene, q, v))
         return error->status;
@@ -104,12 +104,13 @@ enum ad_status phys_motion_path(const struct phys_system *system, const struct p
     settings.t1 = (double)(slices - 1) * dt;
     settings.n_samples = slices - 1;
     const struct phys_integrator *given = settings.integrator;
-    if (phys_ode_for(system, given ? given : phys_integrator_find("dop853", error), &ode, error) ==
-            AD_OK &&
-        phys_ode_enter(&ode, 0, q, v, y, error) == AD_OK &&
-        (settings.integrator = given ? given : phys_motion_method(&ode, y, error)))
-        phys_trajectory(&settings, &ode, y, dof, slices, path, NULL, error);
-    phys_ode_free(&ode);
+    const struct phys_ode *by = settings.ode ? settings.ode : &own;
+    if ((by != &own || phys_ode_for(system, given ? given : phys_integrator_find("dop853", error),
+                                    &own, error) == AD_OK) &&
+        phys_ode_enter(by, 0, q, v, y, error) == AD_OK &&
+        (settings.integrator = given ? given : phys_motion_method(by, y, error)))
+        phys_trajectory(&settings, by, y, dof, slices, path, NULL, error);
+    phys_ode_free(&own);
     free(y);
     return error->status;
 }

@@ -88,6 +88,8 @@ struct phys_path_settings {
                                      phys_path_refine: of an earlier path of the system, whose
                                      recording serves while parameters are the same; it is to
                                      outlast the other; or NULL */
+    const struct phys_ode *ode;   /* phys_path_find, phys_path_motion: of the system's motions, by
+                                     phys_ode_for; NULL: made for each */
     double *start_momentum;       /* [dof]: receives -dS/dq at the first slice of the path found, a
                                      momentum of the order of the rule; or NULL */
     size_t threads;

@@ -90,6 +90,7 @@ enum ad_status phys_path_motion(const struct phys_system *system,
                                             .rtol = 1e-13,
                                             .max_steps = PHYS_MOTION_STEPS,
                                             .proceed = settings->proceed,
+                                            .ode = settings->ode,
                                             .context = settings->context};
     struct ad_error lost = {0}, none = {0};
     size_t n = settings->slices;

@@ -139,7 +139,8 @@ static enum ad_status scan_times(const struct phys_search *s, const double *q, c
 enum ad_status phys_search_motion(const struct phys_search *s, struct ad_error *error)
 {
     struct phys_path_found *found = s->found;
-    struct phys_ode ode = {0};
+    struct phys_ode own = {0};
+    const struct phys_ode *ode = s->settings->ode ? s->settings->ode : &own;
     struct ad_error lost = {0};
     size_t n = s->slices * s->dof;
     if (s->system->scene->between)
@@ -154,9 +155,10 @@ enum ad_status phys_search_motion(const struct phys_search *s, struct ad_error *
         if (!times)
             ad_fail(&lost, AD_E_MEMORY, "out of memory");
     }
-    if (lost.status == AD_OK && phys_ode_lagrangian(s->system, &ode, &lost) == AD_OK &&
-        follow(s, &ode, &scan, LOOSE, q, check, y, times, &lost) == AD_OK &&
-        follow(s, &ode, &scan, TIGHT, q, motion, y, times, &lost) == AD_OK) {
+    if (lost.status == AD_OK &&
+        (ode != &own || phys_ode_lagrangian(s->system, &own, &lost) == AD_OK) &&
+        follow(s, ode, &scan, LOOSE, q, check, y, times, &lost) == AD_OK &&
+        follow(s, ode, &scan, TIGHT, q, motion, y, times, &lost) == AD_OK) {
         found->true_distance = phys_search_apart(s, s->path, motion);
         found->true_known = phys_search_apart(s, motion, check);
         if (found->true_known >
@@ -165,11 +167,11 @@ enum ad_status phys_search_motion(const struct phys_search *s, struct ad_error *
                      found->true_known);
             found->true_distance = NAN;
         } else {
-            measure_momentum(s, &ode, y, q, &lost);
+            measure_momentum(s, ode, y, q, &lost);
         }
     }
     snprintf(found->no_motion, sizeof found->no_motion, "%.150s", lost.message);
-    phys_ode_free(&ode);
+    phys_ode_free(&own);
     phys_time_scan_free(&scan);
     free(times);
     free(q);

@@ -70,6 +70,41 @@ static void a_path_comes_with_kind_and_distances(void **state)
     phys_system_close(&pendulum);
 }
 
+/* An ode that motions share gives the bits of one for each, and is the one that is taken. */
+static void motions_share_an_ode(void **state)
+{
+    (void)state;
+    struct phys_system pendulum = unit_pendulum_opened(), longer = unit_pendulum_opened();
+    const struct phys_system *const of[] = {NULL, &pendulum, &longer};
+    double motion[3][SLICES], distance[3];
+    struct ad_error error = {0};
+    system_set(&longer, "l", 1.5);
+    for (size_t k = 0; k < 3; k++) {
+        struct phys_ode ode = {0};
+        struct phys_path_settings settings = settings_of("gauss4");
+        struct phys_simulation how = {.size = sizeof how, .rtol = 1e-13};
+        struct phys_path_found found;
+        double path[DEGREE * SLICES];
+        const double q = 0, v = 1.5;
+        swing(&pendulum, 1.76375516, path);
+        if (of[k])
+            phys_ode_for(of[k], phys_integrator_find("dop853", &error), &ode, &error);
+        settings.ode = how.ode = of[k] ? &ode : NULL;
+        phys_motion_path(&pendulum, &how, &q, &v, SLICES, settings.dt, motion[k], &error);
+        phys_path_find(phys_solver_find("newton", &error), &pendulum, &settings, path, &found,
+                       &error);
+        assert_no_error(&error);
+        distance[k] = found.true_distance;
+        phys_path_found_free(&found);
+        phys_ode_free(&ode);
+    }
+    assert_memory_equal(motion[1], motion[0], sizeof motion[0]);
+    assert_close(distance[1], distance[0], 0, 1e-12);
+    assert_true(motion[2][SLICES - 1] != motion[0][SLICES - 1] && distance[2] > 0.1);
+    phys_system_close(&pendulum);
+    phys_system_close(&longer);
+}
+
 /* A small swing differs from the large one, and a rule of first order from the motion. */
 static void other_paths_and_coarse_rules_are_told_apart(void **state)
 {
@@ -366,6 +401,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_path_comes_with_kind_and_distances),
+        cmocka_unit_test(motions_share_an_ode),
         cmocka_unit_test(other_paths_and_coarse_rules_are_told_apart),
         cmocka_unit_test(a_descent_has_no_verdict),
         cmocka_unit_test(an_interrupted_verification_claims_nothing),
