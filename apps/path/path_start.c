@@ -56,6 +56,7 @@ static double *scene_motion(struct path_run *run, struct ad_error *error)
         [PHYS_PATH_LOST] = "the true motion",
         [PHYS_PATH_PUBLISHED] = "the published motion",
     };
+    share_motion(run);
     struct phys_path_settings settings = run->settings;
     enum phys_motion_of which = PHYS_PATH_TRUE;
     double *path = path_new(run, error);
@@ -177,8 +178,6 @@ enum ad_status path_start(struct path_run *run, double *observed, struct ad_erro
     if (error->status == AD_OK && options->reference)
         run->reference = path_read(run, options->reference, error);
     bool needed = !file && !(run->given && path_from_line(options)); /* ends that are given: not */
-    if (error->status == AD_OK && needed)
-        share_motion(run);
     if (error->status == AD_OK && needed)
         motion = observed ? observed_motion(run, observed, error) : scene_motion(run, error);
     if (error->status == AD_OK && (run->start = path_new(run, error)) &&
