@@ -27,6 +27,7 @@ static const double near = 1e-3;        /* sizes of the motion: a longer run is 
 /* Of the tolerance, to which steps of order 2 are in proportion: those of the methods are of high
    order, but where forces are rounding in proportion to the tolerance itself. */
 static const double growth = 0.5;
+static const double faster = 100; /* the steps beyond the budget than those within, at most */
 
 /* First the series, of what has one and is small; then the method for high accuracy; where its
    rounding stops it, one whose steps are few. */
@@ -156,7 +157,9 @@ static enum ad_status attempt(struct candidate *c, double setting, struct run *r
     if (attempt_within(c, setting, most, run, &info, error) != AD_OK)
         return error->status;
     c->rounding = adaptive && tried(&info) >= most && is_rounding(c, setting, &info, error);
-    if (error->status == AD_OK && !c->rounding && info.steps == most && most < MOST_STEPS)
+    const bool hopeful = faster * info.t * MOST_STEPS > c->solving->settings->time * (double)most;
+    if (error->status == AD_OK && !c->rounding && info.steps == most && most < MOST_STEPS &&
+        hopeful)
         attempt_within(c, setting, MOST_STEPS, run, &info, error);
     if (run->complete) {
         c->steps = tried(&info);
@@ -279,9 +282,29 @@ static bool has_series(const struct solving *s, struct ad_error *error)
     return has;
 }
 
+/* No explicit method gets through: names an implicit one, if two of its runs agree. */
+static enum ad_status not_reached(struct solving *s, struct ad_error *error)
+{
+    struct phys_motion_trial trial = {.integrator = phys_integrator_find("gauss3", error)};
+    struct candidate implicit = {.solving = s, .trial = &trial};
+    if (try_candidate(&implicit, error) != AD_OK)
+        return error->status;
+    if (trial.estimate <= s->settings->error)
+        return ad_fail(error, AD_E_ACCURACY,
+                       "an error of %g: stiff, explicit methods need more than %d steps to t = %g; "
+                       "--integrator %s --dt %.6g (implicit) gets there, and half its steps change "
+                       "the motion by %.1e",
+                       s->settings->error, MOST_STEPS, s->settings->time, trial.integrator->name,
+                       trial.setting, trial.estimate / caution);
+    return ad_fail(error, AD_E_ACCURACY,
+                   "an error of %g: no method reaches t = %g in %d steps: a collision, a "
+                   "motion that ends before, or too long a time; try a shorter one",
+                   s->settings->error, s->settings->time, MOST_STEPS);
+}
+
 static enum ad_status out_of_reach(const struct candidate *c, bool rounding, struct ad_error *error)
 {
-    const struct solving *s = c->solving;
+    struct solving *s = c->solving;
     const char *const cause = rounding ? "by rounding of forces whose terms cancel: write L without"
                                          " large terms that cancel, or allow a larger one"
                                        : "by rounding, chaos or work; allow a larger one or take"
@@ -299,10 +322,7 @@ static enum ad_status out_of_reach(const struct candidate *c, bool rounding, str
         return ad_fail(error, AD_E_ACCURACY, "an error of %g is out of reach: %s",
                        s->settings->error, c->why.message);
     if (!nearest)
-        return ad_fail(error, AD_E_ACCURACY,
-                       "an error of %g: no method reaches t = %g in %d steps: a collision, a "
-                       "motion that ends before, or too long a time; try a shorter one",
-                       s->settings->error, s->settings->time, MOST_STEPS);
+        return not_reached(s, error);
     return ad_fail(error, AD_E_ACCURACY,
                    "an error of %g is out of reach: %s reaches %.2g, limited %s",
                    s->settings->error, nearest->integrator->name, nearest->estimate, cause);

@@ -151,9 +151,10 @@ enum ad_status phys_step_advise(const struct phys_integrator *integrator,
         return AD_OK;
     advice->limit = limits.stability / w;
     advice->resonance = limits.resonance / w;
-    advice->verdict = dt > advice->limit       ? PHYS_STEP_UNSTABLE
-                      : dt > advice->resonance ? PHYS_STEP_RESONANT
-                                               : PHYS_STEP_GOOD;
+    const bool damped = system->scene->dissipation != NULL; /* it ends what resonance begins */
+    advice->verdict = dt > advice->limit                  ? PHYS_STEP_UNSTABLE
+                      : dt > advice->resonance && !damped ? PHYS_STEP_RESONANT
+                                                          : PHYS_STEP_GOOD;
     describe(integrator, system, dt, advice);
     return AD_OK;
 }
