@@ -2,7 +2,8 @@
 """How the energy error of Kepler orbits grows, at the tightest tolerances: ours, heyoka's Taylor method
 and REBOUND's IAS15. Root mean square over eccentricities of |E / E0 - 1| after so many orbits, E from
 the last coordinates by one formula in long double; `exponent` is the slope of its logarithm over all
-lengths, 0.5 for a random walk of rounding, 1 for a drift; CPU seconds of the longest run (ours: of the
+lengths, 0.5 for a random walk of rounding, 1 for a drift; `distance` is the same mean of the distance
+from the place by Kepler's equation; CPU seconds of the longest run (ours: of the
 whole process).
 
     scripts/peers/drift.py COMMAND [--quick] > drift.csv
@@ -28,6 +29,23 @@ def start(e):
 def energy(y):
     x, y, u, v = map(np.longdouble, y)
     return (u * u + v * v) / 2 - 1 / np.hypot(x, y)
+
+
+def place(y, until):
+    """From pericentre y on, by Kepler's equation in long double."""
+    x, _, _, v = map(np.longdouble, y)
+    a = 1 / (2 / x - v * v)
+    e, turn = 1 - x / a, 8 * np.arctan(np.longdouble(1))
+    M = np.longdouble(until) / (a * np.sqrt(a))
+    M -= turn * np.rint(M / turn)
+    E = M / (1 - e)
+    for _ in range(50):
+        E -= (E - e * np.sin(E) - M) / (1 - e * np.cos(E))
+    return a * (np.cos(E) - e), a * np.sqrt(1 - e * e) * np.sin(E)
+
+
+def root_mean_square(values):
+    return math.sqrt(sum(x * x for x in values) / len(values))
 
 
 def by_leastaction(command):
@@ -75,18 +93,19 @@ def by_ias15(e, until):
 
 def main():
     lengths = [10, 100, 1000] if "--quick" in sys.argv else [10, 100, 1000, 10000]
-    print("method,orbits,error,exponent,seconds")
+    print("method,orbits,error,exponent,seconds,distance")
     methods = {"leastaction taylor": by_leastaction(sys.argv[1]), "heyoka taylor": by_heyoka(), "rebound ias15": by_ias15}
     for name, run in methods.items():
-        errors, seconds = [], 0.0
+        errors, distances, seconds = [], [], 0.0
         for orbits in lengths:
             ends = [run(e, 2 * math.pi * orbits) for e in ECCENTRICITIES]
-            drifts = [float(energy(last) / energy(first) - 1) for first, last, _ in ends]
-            errors.append(math.sqrt(sum(d * d for d in drifts) / len(drifts)))
+            errors.append(root_mean_square([float(energy(last) / energy(first) - 1) for first, last, _ in ends]))
+            away = [np.array(last[:2]) - place(first, 2 * math.pi * orbits) for first, last, _ in ends]
+            distances.append(root_mean_square([float(np.hypot(*d)) for d in away]))
             seconds = sum(end[2] for end in ends) / len(ends)
         exponent = np.polyfit(np.log(lengths), np.log(errors), 1)[0]
-        for orbits, error in zip(lengths, errors):
-            print(f"{name},{orbits},{error:.3g},{exponent:.2f},{seconds:.4g}", flush=True)
+        for orbits, error, distance in zip(lengths, errors, distances):
+            print(f"{name},{orbits},{error:.3g},{exponent:.2f},{seconds:.4g},{distance:.3g}", flush=True)
 
 
 if __name__ == "__main__":
