@@ -318,7 +318,8 @@ static const struct option table[] = {
     {"continue", "NAME=[A:]B", OPTION_TEXT, NULL,
      "follow its family until energy, period or a parameter is B, see below", AT(follow)},
     {"cross", "K", OPTION_NUMBER, NULL,
-     "of --continue: at its K-th branch point, go on along the family that crosses; -K: to its "
+     "of --continue: at its K-th branch point or doubling, go on along the family that crosses; "
+     "-K: to its "
      "other side",
      AT(cross)},
     {"mode", "M", OPTION_SOME, NULL,

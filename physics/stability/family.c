@@ -328,8 +328,8 @@ enum ad_status phys_family_follow(const struct phys_system *system,
             follow(&run, &a, &b, &first, error);
         if (error->status == AD_OK && !run.crossed && family->end != PHYS_FAMILY_LOST) {
             family->end = PHYS_FAMILY_LOST;
-            snprintf(family->lost, sizeof family->lost, "fewer than %d branch points to cross at",
-                     abs(settings->cross));
+            snprintf(family->lost, sizeof family->lost,
+                     "fewer than %d branch points and doublings to cross at", abs(settings->cross));
         }
     }
     phys_family_point_free(&a);

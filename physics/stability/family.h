@@ -37,7 +37,8 @@ struct phys_family_settings {
        or the product; else nothing. */
     enum phys_family_hold hold;
     int cross;                      /* k: it goes on along the family that crosses at the k-th
-                                       PHYS_MARK_BRANCH, -k: to its other side; 0: past them all.
+                                       PHYS_MARK_BRANCH or _DOUBLING, where periods double,
+                                       -k: to its other side; 0: past them all.
                                        PHYS_FAMILY_LOST where there are fewer */
     size_t steps;                   /* at most; 0: 500 */
     bool (*proceed)(void *context); /* as in phys_simulation */

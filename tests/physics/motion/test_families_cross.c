@@ -33,6 +33,16 @@ static ad_var henon_heiles(ad_var q, ad_var v, ad_var t, const void *p)
                   ad_sub(cubic, ad_div(ad_mul(y, ad_square(y)), 3.0)));
 }
 
+/* y is a parametric oscillator beside x = A cos t: b_1(q) = 4 w^2 with q = A, w^2 = 0.2. */
+static ad_var parametric(ad_var q, ad_var v, ad_var t, const void *p)
+{
+    ad_var x = ad_row(q, 0), y2 = ad_square(ad_row(q, 1));
+    ad_var V =
+        ad_add(ad_mul(0.5, ad_square(x)), ad_mul(0.5, ad_mul(ad_add(0.2, ad_mul(0.5, x)), y2)));
+    (void)t, (void)p;
+    return ad_sub(ad_mul(0.5, ad_sum_rows(ad_square(v))), V);
+}
+
 static enum ad_status rest(const void *p, uint64_t seed, double *q, double *v,
                            struct ad_error *error)
 {
@@ -130,6 +140,48 @@ static void halo_orbits(void **state)
     phys_system_close(&system);
 }
 
+/* Where a multiplier passes -1, by scipy.special.mathieu_b; motions that close after two turns, by
+   SciPy's DOP853 at 1e-13 and fsolve from rest to rest in half a period. */
+static void to_motions_of_twice_the_period(void **state)
+{
+    const struct phys_scene scene = scene_of("parametric", 2, parametric, 100, 0.1, rest);
+    const double x[] = {0.1, 0, 0, 0}, E = 0.024803902850285477;
+    (void)state;
+    for (int cross = -1; cross <= 1; cross += 2) {
+        struct phys_family f =
+            family_of(&scene,
+                      (struct phys_family_settings){
+                          .x = x, .period = 6.2832, .along = "energy", .to = E, .cross = cross},
+                      PHYS_FAMILY_REACHED);
+        const struct phys_family_member *last = &f.member[f.n - 1];
+        size_t k = 0;
+        while (k < f.n && f.member[k].mark != PHYS_MARK_DOUBLING)
+            k++;
+        assert_true(k + 1 < f.n);
+        assert_close(f.member[k].energy, 0.019079925269450366, 1e-9, 0);
+        assert_close(f.member[k].motion.period, 2 * M_PI, 1e-9, 0);
+        assert_close(last->motion.period, 12.493367452660786, 1e-11, 0);
+        assert_close(last->energy, E, 1e-12, 0);
+        phys_family_free(&f);
+    }
+}
+
+/* Along the period there is no such step. */
+static void a_doubling_along_the_period(void **state)
+{
+    static const double x[] = {0.84230, 0.05278, 0, 0.03453, -0.00248, 0};
+    const struct phys_family_settings how = {
+        .size = sizeof how, .x = x, .period = 2.737, .along = "period", .to = 5.8, .cross = 3};
+    struct phys_system system = system_opened("cr3bp");
+    struct phys_family f;
+    struct ad_error error = {0};
+    (void)state;
+    assert_int_equal(phys_family_follow(&system, &how, &f, &error), AD_E_ARGUMENT);
+    assert_mentions(error.message, "doubling");
+    phys_family_free(&f);
+    phys_system_close(&system);
+}
+
 static void a_branch_point_that_is_not_met(void **state)
 {
     const struct phys_scene scene = scene_of("heiles", 2, henon_heiles, 100, 0.1, rest);
@@ -157,6 +209,8 @@ int main(void)
         cmocka_unit_test(to_either_side_of_a_pitchfork),
         cmocka_unit_test(henon_heiles_orbit_beside_the_axis),
         cmocka_unit_test(halo_orbits),
+        cmocka_unit_test(to_motions_of_twice_the_period),
+        cmocka_unit_test(a_doubling_along_the_period),
         cmocka_unit_test(a_branch_point_that_is_not_met),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
