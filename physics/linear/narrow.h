@@ -85,7 +85,7 @@ static void NAME(subtract)(struct narrow s, const void *matrix, const void *of, 
             y[i] -= TIMES(a[i * s.row + j * s.column], x[j]);
 }
 
-/* Block n x m and its transpose. */
+/* Columns become rows. */
 static void NAME(transpose)(size_t n, size_t m, const NUMBER *block, NUMBER *to)
 {
     for (size_t k = 0; k < m; k++)

@@ -291,8 +291,14 @@ static bool factor_blocks(struct phys_newton_system *band)
 
 static bool factor_fronts(struct phys_newton_system *band)
 {
-    return phys_dissected_factor(&band->dissected, band->scale, band->damping, band->held,
-                                 &band->no_memory);
+    bool no_memory;
+    if (phys_dissected_factor(&band->dissected, band->scale, band->damping, band->held, &no_memory))
+        return true;
+    if (no_memory) { /* others may need less */
+        phys_dissected_free(&band->dissected);
+        band->no_fronts = true;
+    }
+    return false;
 }
 
 /* Whether elements that are reduced serve for steps with the present damping. */
