@@ -5,6 +5,7 @@
 #include "apps/output/result.h"
 #include "autodiff/clock.h"
 #include "hnn/data/data.h"
+#include "hnn/pixels/frames.h"
 #include "physics/io/hdf5_file.h"
 
 #include <stdlib.h>
@@ -180,6 +181,41 @@ static enum ad_status observe(const struct hnn_task *task, const struct dataset_
     return error->status;
 }
 
+/* ---- frames of bodies ---- */
+
+static enum ad_status save_frames(const struct hnn_task *task, const struct hnn_sampling *s,
+                                  const struct dataset_options *options,
+                                  const struct hnn_frames *frames, struct ad_error *error)
+{
+    phys_hdf5 *file;
+    if (phys_hdf5_create(options->out, &file, error) != AD_OK)
+        return error->status;
+    write_settings(task, s, &options->common, file);
+    phys_hdf5_number(file, "/", "right", frames->rod.right, "1");
+    phys_hdf5_text(file, "/", "filter", hnn_filters[frames->rod.filter]);
+    hnn_frames_write(frames, file);
+    return phys_hdf5_commit(file, error);
+}
+
+static enum ad_status draw_bodies(const struct hnn_task *task,
+                                  const struct dataset_options *options, struct ad_error *error)
+{
+    struct hnn_video_settings video = hnn_video_published();
+    struct hnn_sampling sampling = sampling_of(task, options);
+    struct hnn_frames frames = {0};
+    if (dataset_check_hdf5(options, error) != AD_OK ||
+        dataset_read_size(options->size, &video, error) != AD_OK ||
+        (options->filter && hnn_filter_find(options->filter, &video.rod.filter, error) != AD_OK))
+        return error->status;
+    double start = ad_now();
+    if (hnn_bodies_video(task, &sampling, video.height, video.width, video.rod.filter,
+                         options->common.seed, &frames, error) == AD_OK &&
+        save_frames(task, &sampling, options, &frames, error) == AD_OK)
+        dataset_show_frames(options, task->name, &frames, ad_now() - start, error);
+    hnn_frames_free(&frames);
+    return error->status;
+}
+
 #define AT(member) offsetof(struct dataset_options, member)
 
 static const struct option table[] = {
@@ -193,7 +229,9 @@ static const struct option table[] = {
     {"max-radius", "R", OPTION_NUMBER, NULL, "of starts [published]", AT(max_radius)},
     {"spread", "X", OPTION_NUMBER, NULL, "of speeds about circular motion [published]", AT(spread)},
     {"strength", "K", OPTION_NUMBER, NULL, "of the potential [published]", AT(strength)},
-    {"size", "N", OPTION_TEXT, NULL, "of frames, in pixels: N, or HEIGHT,WIDTH [28]", AT(size)},
+    {"size", "N", OPTION_TEXT, NULL,
+     "of frames, in pixels: N, or HEIGHT,WIDTH [28]; of twobody and threebody: frames are drawn",
+     AT(size)},
     {"filter", "NAME", OPTION_TEXT, NULL,
      "filter of a pixel: area (exact), or bilinear (smoother, as published) [area]", AT(filter)},
     {"rows", "A,B", OPTION_TEXT, NULL, "that frames show of a screen of 500 [220,390]", AT(rows)},
@@ -207,12 +245,11 @@ static const struct option table[] = {
 static enum ad_status check_options(const struct dataset_options *options, bool pixels,
                                     struct ad_error *error)
 {
-    return pixels
-               ? options_refuse(&options->common,
-                                "time noise min-radius max-radius spread strength",
-                                "is not for pixels; leave it out", error)
-               : options_refuse(&options->common, "size filter rows columns dt max-angle max-speed",
-                                "is for pixels only; leave it out", error);
+    return pixels ? options_refuse(&options->common,
+                                   "time noise min-radius max-radius spread strength",
+                                   "is not for pixels; leave it out", error)
+                  : options_refuse(&options->common, "rows columns dt max-angle max-speed",
+                                   "is for pixels only; leave it out", error);
 }
 
 static int run(const void *values, struct ad_error *error)
@@ -221,7 +258,9 @@ static int run(const void *values, struct ad_error *error)
     const struct hnn_task *task = find_task(options->common.argument[0], error);
     if (error->status == AD_OK && check_options(options, !task, error) == AD_OK &&
         check_out(options->out, error) == AD_OK)
-        task ? observe(task, options, error) : dataset_pixels(options, error);
+        (!task                              ? dataset_pixels(options, error)
+         : options->size || options->filter ? draw_bodies(task, options, error)
+                                            : observe(task, options, error));
     return command_status(error);
 }
 
@@ -248,7 +287,8 @@ const struct command command_dataset = {
              "longest\n"
              "             four modes, m of amplitude 0.1/m to 1/m; masses 1: momenta are "
              "velocities\n"
-             "  pixels     frames of a swinging rod, 200 x 100 pairs of 28 x 28 pixels\n"
+             "  pixels     frames of a swinging rod, 200 x 100 pairs of 28 x 28 pixels;\n"
+             "             of twobody and threebody with --size: a disc for a body\n"
              "as published (arXiv 1906.01563), waves of our own. Columns: coordinates, momenta or "
              "velocities, their\n"
              "rates, trial, t. All is a pure number: masses and lengths are units of the task."},

@@ -86,6 +86,8 @@ static const struct option table[] = {
     {"hidden", "WIDTH", OPTION_TEXT, "200", "of the hidden layers; or one number each: 200,100",
      AT(hidden)},
     {"layers", "N", OPTION_COUNT, "3", "linear maps", AT(layers)},
+    {"coordinates", "N", OPTION_COUNT, NULL, "coordinates of the latent state of frames [1]",
+     AT(coordinates)},
     {"activation", "NAME", OPTION_TEXT, "tanh",
      "tanh, relu, sigmoid, softplus, sine, swish (or silu), gelu, elu", AT(activation)},
     {"angles", "COLUMNS", OPTION_TEXT, NULL,

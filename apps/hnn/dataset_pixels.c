@@ -11,8 +11,8 @@
 /* ---- options ---- */
 
 /* N, or HEIGHT,WIDTH. */
-static enum ad_status read_size(const char *text, struct hnn_video_settings *settings,
-                                struct ad_error *error)
+enum ad_status dataset_read_size(const char *text, struct hnn_video_settings *settings,
+                                 struct ad_error *error)
 {
     double size[2];
     bool both = text && strchr(text, ',');
@@ -60,13 +60,21 @@ static enum ad_status video_settings_of(const struct dataset_options *o,
     settings->rod.dt = option_number_or(o->dt, settings->rod.dt);
     settings->angle_max = option_number_or(o->max_angle, settings->angle_max);
     settings->speed_max = option_number_or(o->max_speed, settings->speed_max);
-    if (read_size(o->size, settings, error) == AD_OK &&
+    if (dataset_read_size(o->size, settings, error) == AD_OK &&
         (!o->filter || hnn_filter_find(o->filter, &settings->rod.filter, error) == AD_OK))
         read_view(o, &settings->rod, error);
     return error->status;
 }
 
 /* ---- results ---- */
+
+enum ad_status dataset_check_hdf5(const struct dataset_options *o, struct ad_error *error)
+{
+    return dataset_is_hdf5(o->out)
+               ? AD_OK
+               : ad_fail(error, AD_E_ARGUMENT,
+                         "frames are written as HDF5: --out FILE.h5, not '%s'", o->out);
+}
 
 static enum ad_status save(const struct dataset_options *o,
                            const struct hnn_video_settings *settings,
@@ -85,13 +93,14 @@ static enum ad_status save(const struct dataset_options *o,
     return phys_hdf5_commit(file, error);
 }
 
-static enum ad_status show(const struct dataset_options *o, const struct hnn_frames *f,
-                           double seconds, struct ad_error *error)
+enum ad_status dataset_show_frames(const struct dataset_options *o, const char *task,
+                                   const struct hnn_frames *f, double seconds,
+                                   struct ad_error *error)
 {
     struct report report = {0};
-    report_line(&report, "pixels: %zu trajectories of %zu pairs of frames", f->trajectories,
+    report_line(&report, "%s: %zu trajectories of %zu pairs of frames", task, f->trajectories,
                 f->frames - 2);
-    report_text(&report, "task", NULL, "pixels");
+    report_text(&report, "task", NULL, task);
     report_count(&report, "trials", NULL, f->trajectories);
     report_count(&report, "points", NULL, f->frames - 2);
     report_count(&report, "frames", "frames", f->trajectories * f->frames);
@@ -104,15 +113,12 @@ enum ad_status dataset_pixels(const struct dataset_options *o, struct ad_error *
 {
     struct hnn_video_settings settings = hnn_video_published();
     struct hnn_frames frames = {0};
-    if (!dataset_is_hdf5(o->out))
-        return ad_fail(error, AD_E_ARGUMENT, "frames are written as HDF5: --out FILE.h5, not '%s'",
-                       o->out);
-    if (video_settings_of(o, &settings, error) != AD_OK)
+    if (dataset_check_hdf5(o, error) != AD_OK || video_settings_of(o, &settings, error) != AD_OK)
         return error->status;
     double start = ad_now();
     if (hnn_rod_video(&settings, o->common.seed, &frames, error) == AD_OK &&
         save(o, &settings, &frames, error) == AD_OK)
-        show(o, &frames, ad_now() - start, error);
+        dataset_show_frames(o, "pixels", &frames, ad_now() - start, error);
     hnn_frames_free(&frames);
     return error->status;
 }

@@ -85,11 +85,18 @@ static double at(struct range range, size_t k)
     return range.low + (range.high - range.low) * (double)k / (GRID - 1);
 }
 
-/* H around the path; rows of the grid have one p. Zero for a model that has no H. */
+/* Levels of H lie in the plane of a single coordinate. */
+static bool has_levels(const struct drawing *d)
+{
+    const struct hnn_settings *s = hnn_model_settings(d->latent->model);
+    return s->kind == HNN_HAMILTONIAN && s->dof == 1;
+}
+
+/* H around the path of the first q and p; rows of the grid have one p. Zero without levels. */
 static enum ad_status write_latent(struct drawing *d, FILE *out, struct ad_error *error)
 {
     const struct hnn_path *path = &d->latent->path;
-    size_t n = GRID * GRID;
+    size_t n = GRID * GRID, momentum = path->states / 2;
     double *x = calloc(3 * n, sizeof *x);
     if (!x)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
@@ -97,7 +104,7 @@ static enum ad_status write_latent(struct drawing *d, FILE *out, struct ad_error
     d->q = d->p = (struct range){INFINITY, -INFINITY};
     for (size_t i = 0; i < path->n; i++) {
         range_widen(&d->q, path->x[i * path->states]);
-        range_widen(&d->p, path->x[i * path->states + 1]);
+        range_widen(&d->p, path->x[i * path->states + momentum]);
     }
     d->q = range_with_margins(d->q, 0.2, 0.2);
     d->p = range_with_margins(d->p, 0.2, 0.2);
@@ -105,12 +112,14 @@ static enum ad_status write_latent(struct drawing *d, FILE *out, struct ad_error
         x[k] = at(d->q, k % GRID);
         x[n + k] = at(d->p, k / GRID);
     }
-    if (hnn_model_settings(d->latent->model)->kind == HNN_HAMILTONIAN)
+    if (has_levels(d))
         hnn_model_evaluate(d->latent->model, n, x, NULL, H, error);
     for (size_t k = 0; k < n; k++)
         put(H[k], out);
-    for (size_t k = 0; k < path->n * path->states; k++)
+    for (size_t k = 0; k < path->n * path->states; k += path->states) {
         put(path->x[k], out);
+        put(path->x[k + momentum], out);
+    }
     free(x);
     return error->status;
 }
@@ -138,7 +147,7 @@ static void settings(const struct drawing *d, size_t stride, FILE *out)
             "set palette gray\nunset colorbox\nset cbrange [0:%g]\nn = %zu\nw = %zu\nh = %zu\n"
             "stride = %zu\nshots = %d\nframe(s, i) = 4 * w * h * (s * n + i)\n",
             peak > 0 ? peak : 1, d->n, d->width, d->height, stride, SNAPSHOTS);
-    if (hnn_model_settings(d->latent->model)->kind == HNN_HAMILTONIAN)
+    if (has_levels(d))
         contours(d, out);
 }
 
@@ -190,13 +199,12 @@ static void energies(struct figure *figure, const struct drawing *d, const char 
 
 static void latent(struct figure *figure, const struct drawing *d, struct place place)
 {
-    bool has_energy = hnn_model_settings(d->latent->model)->kind == HNN_HAMILTONIAN;
     figure_panel(figure, &(struct panel){.place = place,
                                          .across = {"latent q", NULL, d->q, 0},
                                          .up = {"latent p", NULL, d->p, 0},
                                          .key = KEY_ABOVE,
                                          .more = axes});
-    if (has_energy)
+    if (has_levels(d))
         figure_draw(figure, STYLE("#b0b0b0", 0, 0.7, 0), "H", "$levels");
     figure_draw(figure, STYLE(d->colour[d->n_strips - 1], 0, 1.5, 0), d->latent->strip.name,
                 "data binary skip=%zu record=%zu format='%%float%%float' using 1:2", 4 * d->path,

@@ -14,7 +14,7 @@
 struct train_options {
     struct common common;
     const char *model, *field, *activation, *angles, *lattice, *start, *hidden, *precision;
-    size_t layers;
+    size_t layers, coordinates;
     bool separable, dissipation, quadratic, normalise, control_network;
     const char *state, *rate, *time, *differences, *trial, *unit; /* columns */
     bool skip_missing;

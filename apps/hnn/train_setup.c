@@ -84,6 +84,7 @@ static enum ad_status model_settings(const struct train_run *run, struct hnn_set
     *s = run->pixels ? hnn_pixel_defaults((enum hnn_kind)(model - MODELS_OF_STATES),
                                           2 * run->frames.height * run->frames.width)
                      : hnn_defaults((enum hnn_kind)model, run->data.dof);
+    s->dof = run->pixels ? option_count_or(o->coordinates, s->dof) : s->dof;
     s->layers = o->layers;
     s->activation = o->activation;
     s->field = (enum hnn_field_type)field;
@@ -295,6 +296,7 @@ static enum ad_status refuse_unused(const struct train_run *run, struct ad_error
          "is of a new network; --from has its own"},
         {!o->from && !strstr(o->model, "hnn"), "field",
          "is of models with an H: hnn and pixel-hnn"},
+        {!run->pixels, "coordinates", "is of the latent state of frames; --state has them here"},
         {isnan(o->test_fraction) && !run->pixels, "split", "needs --test-fraction"},
         {!o->rollout, "dt stepping hold free-starts", "needs --rollout"},
         {!run->data.inputs, "hold", "needs --inputs or --controls"},

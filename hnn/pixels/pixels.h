@@ -69,8 +69,8 @@ struct hnn_frames {
     float *pixels;         /* [trajectories x frames x height x width] */
     double *angle, *speed; /* [trajectories x frames] rad, rad/s, of hnn_rod_step; NULL: unknown */
     bool has_rod;          /* the frames show this rod: */
-    struct hnn_rod rod;
-    void *reserved[4]; /* NULL: room for what later releases add */
+    struct hnn_rod rod;    /* of bodies that are drawn here: its left to top are what frames show */
+    void *reserved[4];     /* NULL: room for what later releases add */
 };
 void hnn_frames_free(struct hnn_frames *frames); /* takes zero-initialised ones too */
 
@@ -128,6 +128,19 @@ static inline struct hnn_video_settings hnn_video_published(void)
    AD_E_ARGUMENT names what is out of range. Free with hnn_frames_free in any case. */
 enum ad_status hnn_rod_video(const struct hnn_video_settings *settings, uint64_t seed,
                              struct hnn_frames *frames, struct ad_error *error);
+
+/* ---- from bodies in a plane ---- */
+
+/* Renders the motion of the task's bodies, sampled as by hnn_task_observe: `points` frames of
+   each trial. Frames show a square about the origin in which all bodies
+   lie; body k is a disc of the value 1/k, whose radius is .15 halves of the square, and sums are
+   cut at 1. AD_E_ARGUMENT: fewer than three points, no pixels, another filter, or a task other than
+   twobody and threebody. Free with hnn_frames_free in any case. */
+struct hnn_task;
+struct hnn_sampling;
+enum ad_status hnn_bodies_video(const struct hnn_task *task, const struct hnn_sampling *sampling,
+                                size_t height, size_t width, enum hnn_filter filter, uint64_t seed,
+                                struct hnn_frames *frames, struct ad_error *error);
 
 AD_HEADER_END
 #endif

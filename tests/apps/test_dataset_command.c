@@ -134,6 +134,46 @@ static void test_pixels(void **state)
     hnn_frames_free(&read);
 }
 
+/* Discs of the values 1 and 1/2 lie where the bodies are: the light of a frame, exactly, and its
+   centre, from the motion that the same options give as numbers. */
+static void test_bodies(void **state)
+{
+    (void)state;
+    enum { TRIALS = 3, POINTS = 7, SIZE = 24 };
+    static const char *const sampling = "--trials 3 --points 7 --time 9 --spread 0.2 --seed 5";
+    struct hnn_frames f;
+    struct ad_error error = {0};
+    double right, most = 0;
+    phys_hdf5 *file;
+    shell_works("$LA dataset twobody %s --size 24 --json --out f.h5", sampling);
+    assert_non_null(strstr(shell_last_line(), "\"frames\": 21"));
+    shell_works("$LA dataset twobody %s --out q.csv", sampling);
+    struct hnn_dataset d = read_dataset("q.csv");
+    assert_int_equal(hnn_frames_read(shell_path("f.h5"), &f, &error), AD_OK);
+    assert_int_equal(phys_hdf5_open(shell_path("f.h5"), &file, &error), AD_OK);
+    assert_int_equal(phys_hdf5_get(file, "/", "right", &right, &error), AD_OK);
+    phys_hdf5_close(file);
+    const double pixel = 2 * right / SIZE, area = acos(-1) * pow(0.15 * right / pixel, 2);
+    assert_true(f.trajectories == TRIALS && f.frames == POINTS && !f.has_rod && !f.angle);
+    for (size_t i = 0; i < TRIALS * POINTS; i++) {
+        const double q[] = {d.train.x[i], d.train.x[2 * TRIALS * POINTS + i]};
+        double light = 0, centre[2] = {0};
+        most = fmax(most, fmax(fabs(q[0]), fabs(q[1])));
+        for (size_t k = 0; k < SIZE * SIZE; k++) {
+            const double value = f.pixels[i * SIZE * SIZE + k];
+            light += value;
+            centre[0] += value * (((double)(k % SIZE) + 0.5) * pixel - right);
+            centre[1] += value * (right - ((double)(k / SIZE) + 0.5) * pixel);
+        }
+        assert_close(light, 1.5 * area, 1e-5, 0); /* exact areas, in f32 */
+        for (int c = 0; c < 2; c++)               /* body 2 is opposite: (q - q/2)/1.5 */
+            assert_close(centre[c] / light, q[c] / 3, 0, 0.01 * pixel);
+    }
+    assert_close(right, most / 0.85, 1e-12, 0);
+    hnn_frames_free(&f);
+    hnn_dataset_free(&d);
+}
+
 static void test_standard_output(void **state)
 {
     (void)state;
@@ -158,18 +198,21 @@ static void test_refused(void **state)
         {"spring", "missing --out"},
         {"spring --out nowhere/a.csv", "nowhere/a.csv"},
         {"spring --out a.csv --points 1", "points 2 1"},
-        {"spring --out a.csv --size 28", "--size pixels"},
+        {"spring --out a.h5 --size 28", "size pixels twobody threebody spring"},
         {"pixels --out a.h5 --noise 0", "--noise pixels"},
         {"pixels --out a.csv", "--out FILE.h5"},
         {"pixels --out a.h5 --size 0", "1 4096 0"},
         {"pixels --out a.h5 --size 4,5,6", "N HEIGHT WIDTH 2 3"},
         {"pixels --out a.h5 --filter linear", "'linear' 'bilinear'"},
-        {"spring --out a.csv --filter area", "--filter pixels"},
+        {"spring --out a.h5 --filter area", "filter pixels"},
         {"pixels --out a.h5 --rows 30", "row 2 1"},
         {"pixels --out a.h5 --rows 30,20", "bottom top"},
         {"pixels --out a.h5 --points 0", "three"},
         {"pixels --out a.h5 --dt 1", "time step"},
         {"spring --out a.csv --noise -1", "noise 0 -1"},
+        {"twobody --out a.h5 --size 8 --points 2", "three points 2"},
+        {"twobody --out a.csv --size 8", "--out FILE.h5"},
+        {"twobody --out a.h5 --size 8 --dt 1", "--dt pixels"},
         {"twobody --out a.csv --spread 1", "spread speeds 0 1"},
         {"spring --out a.csv --min-radius 2", "largest radius"},
     };
@@ -188,6 +231,7 @@ int main(void)
         cmocka_unit_test_setup(test_hdf5_says_what_it_is, shell_empty),
         cmocka_unit_test_setup(test_seed_and_options, shell_empty),
         cmocka_unit_test_setup(test_pixels, shell_empty),
+        cmocka_unit_test_setup(test_bodies, shell_empty),
         cmocka_unit_test_setup(test_standard_output, shell_empty),
         cmocka_unit_test_setup(test_refused, shell_empty),
     };

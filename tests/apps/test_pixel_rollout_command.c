@@ -218,6 +218,23 @@ static void test_refused(void **state)
     }
 }
 
+/* Of two bodies: four numbers of a latent state, whose picture has no levels of H. */
+static void test_two_coordinates(void **state)
+{
+    (void)state;
+    shell_works("$LA dataset twobody --trials 8 --points 6 --size 6 --quiet --out two.h5");
+    shell_works("$LA train two.h5 --model pixel-hnn --coordinates 2 %s --out two-m.h5", training);
+    shell_works("$LA rollout two-m.h5 --truth two.h5 --time 4 --csv z.csv --out z.h5 --json");
+    assert_true(shell_number("conserved_drift") < 1e-6);
+    shell_works("head -n 1 z.csv");
+    assert_string_equal(shell_out(), "frame,energy_truth,energy,H,z1,z2,z3,z4\n");
+    shell_works("! command -v gnuplot >/dev/null || "
+                "$LA rollout two-m.h5 --truth two.h5 --time 4 --plot z.svg --quiet");
+    shell_works("$LA dataset spring --trials 2 --quiet --out s.csv");
+    assert_int_equal(shell("$LA train s.csv --coordinates 2 --out x.h5"), 2);
+    assert_non_null(strstr(shell_err(), "--coordinates"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -229,6 +246,7 @@ int main(void)
         cmocka_unit_test(test_no_motion),
         cmocka_unit_test(test_frames_of_no_rod),
         cmocka_unit_test(test_pictures),
+        cmocka_unit_test(test_two_coordinates),
         cmocka_unit_test(test_refused),
     };
     return cmocka_run_group_tests_name("rollouts of pixels", tests, setup, shell_teardown);

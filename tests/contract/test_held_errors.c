@@ -215,6 +215,7 @@ static void touched(int signal)
     X(hnn_frames_read, hnn_frames_read(P, P, e))                                                   \
     X(hnn_frames_save, hnn_frames_save(P, P, e))                                                   \
     X(hnn_rod_video, hnn_rod_video(P, 1, O, e))                                                    \
+    X(hnn_bodies_video, hnn_bodies_video(P, P, 1, 1, 0, 1, O, e))                                  \
     X(hnn_rod_angles, hnn_rod_angles(P, 1, 1, 1, P, P, e))                                         \
     X(hnn_video_energies, hnn_video_energies(P, 1, P, P, e))                                       \
     X(hnn_path_read, hnn_path_read(P, 1, 1, O, e))                                                 \

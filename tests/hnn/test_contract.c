@@ -207,6 +207,10 @@ static void test_null(void **state)
     REFUSED(hnn_frames_split(NULL, 0.2, 0, &(struct hnn_split_pairs){0}, &error));
     REFUSED(hnn_frames_split(&frames, 0.2, 0, NULL, &error));
     REFUSED(hnn_rod_video(NULL, 0, &frames, &error));
+    const struct hnn_task *two = hnn_task_find("twobody", &good);
+    REFUSED(hnn_bodies_video(NULL, NULL, 4, 4, HNN_AREA, 0, &frames, &error));
+    REFUSED(hnn_bodies_video(two, &two->published, 4, 4, (enum hnn_filter)7, 0, &frames, &error));
+    REFUSED(hnn_bodies_video(two, &two->published, 0, 4, HNN_AREA, 0, &frames, &error));
     REFUSED(hnn_rod_angles(NULL, 4, 4, 1, pixels, x, &error));
     rod.filter = (enum hnn_filter)7;
     hnn_rod_draw(&rod, 0, 4, 4, pixels);
