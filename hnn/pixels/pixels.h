@@ -131,13 +131,14 @@ enum ad_status hnn_rod_video(const struct hnn_video_settings *settings, uint64_t
 
 /* ---- from bodies in a plane ---- */
 
+struct hnn_task;     /* hnn/data/data.h */
+struct hnn_sampling; /* likewise */
+
 /* Renders the motion of the task's bodies, sampled as by hnn_task_observe: `points` frames of
    each trial. Frames show a square about the origin in which all bodies
    lie; body k is a disc of the value 1/k, whose radius is .15 halves of the square, and sums are
    cut at 1. AD_E_ARGUMENT: fewer than three points, no pixels, another filter, or a task other than
    twobody and threebody. Free with hnn_frames_free in any case. */
-struct hnn_task;
-struct hnn_sampling;
 enum ad_status hnn_bodies_video(const struct hnn_task *task, const struct hnn_sampling *sampling,
                                 size_t height, size_t width, enum hnn_filter filter, uint64_t seed,
                                 struct hnn_frames *frames, struct ad_error *error);
