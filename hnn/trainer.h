@@ -32,8 +32,8 @@ static inline size_t hnn_samples_held(const struct hnn_samples *s)
 {
     return s->end ? s->end - s->begin : s->n;
 }
-/* The part of n samples that a rank needs: its even part, and 8192 more to either side; of at most
-   16384 all, *end is 0. */
+/* The part of n samples that a rank needs: its even part, and 8192 more to either side; alone, and
+   of at most 16384, all: *end is 0. */
 void hnn_samples_share(const struct ad_ranks *ranks, size_t n, size_t *begin, size_t *end);
 
 struct hnn_optimiser;

@@ -21,8 +21,8 @@ enum ad_status train_read_frames(struct train_run *run, struct ad_error *error)
     const struct train_options *o = run->options;
     double fraction = isnan(o->test_fraction) ? 0.2 : o->test_fraction;
     if (check_options(o, error) != AD_OK ||
-        hnn_frames_read(o->common.argument[0], &run->frames, error) != AD_OK ||
-        hnn_frames_split(&run->frames, fraction, o->common.seed, &run->pairs, error) != AD_OK)
+        hnn_frames_read_split(o->common.argument[0], fraction, o->common.seed, o->common.ranks,
+                              &run->frames, &run->pairs, error) != AD_OK)
         return error->status;
     struct hnn_samples all = {.frames = run->frames.pixels,
                               .frame = run->frames.height * run->frames.width};
@@ -31,6 +31,8 @@ enum ad_status train_read_frames(struct train_run *run, struct ad_error *error)
     run->train.first = run->pairs.train;
     run->test.n = run->pairs.n_test;
     run->test.first = run->pairs.test;
+    for (struct hnn_samples *s = &run->train; s; s = s == &run->train ? &run->test : NULL)
+        hnn_samples_share(o->common.ranks, s->n, &s->begin, &s->end);
     return AD_OK;
 }
 

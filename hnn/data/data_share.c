@@ -15,7 +15,7 @@ void hnn_samples_share(const struct ad_ranks *ranks, size_t n, size_t *begin, si
 {
     size_t rank = ranks ? ranks->rank : 0;
     size_t first = ad_ranks_first(ranks, n, rank), last = ad_ranks_first(ranks, n, rank + 1);
-    const bool all = n <= 2 * MARGIN;
+    const bool all = !ranks || ranks->count == 1 || n <= 2 * MARGIN;
     *begin = !all && first > MARGIN ? first - MARGIN : 0;
     *end = all ? 0 : n - last > MARGIN ? last + MARGIN : n;
 }

@@ -15,7 +15,7 @@ enum ad_status hnn_frames_new(struct hnn_frames *f, size_t trajectories, size_t 
     for (size_t k = 0; k < LENGTH(each); k++)
         room /= each[k] ? each[k] : 1;
     size_t n = trajectories * frames;
-    f->pixels = room ? malloc(n * height * width * sizeof *f->pixels) : NULL;
+    f->pixels = room ? calloc(n * height * width, sizeof *f->pixels) : NULL;
     return f->pixels
                ? AD_OK
                : ad_fail(error, AD_E_MEMORY, "out of memory for %zu x %zu frames of %zu x %zu",
@@ -67,6 +67,34 @@ enum ad_status hnn_frames_split(const struct hnn_frames *f, double fraction, uin
         for (size_t k = 0; k < each; k++)
             pairs->train[(*to)++] = i * f->frames + k;
     }
+    return AD_OK;
+}
+
+/* ---- shares of ranks ---- */
+
+/* The trajectories of this rank's share of some pairs. */
+static void want(const struct hnn_frames *f, struct hnn_frames_share *share, size_t n,
+                 const size_t *pairs)
+{
+    size_t begin, end;
+    hnn_samples_share(share->ranks, n, &begin, &end);
+    for (size_t k = begin; k < (end ? end : n); k++)
+        share->wanted[pairs[k] / f->frames] = true;
+}
+
+enum ad_status hnn_frames_begin(struct hnn_frames *f, const size_t size[4],
+                                struct hnn_frames_share *share, struct ad_error *error)
+{
+    if (hnn_frames_new(f, size[0], size[1], size[2], size[3], error) != AD_OK || !share ||
+        hnn_frames_split(f, share->fraction, share->seed, share->pairs, error) != AD_OK)
+        return error->status;
+    const struct hnn_split_pairs *pairs = share->pairs;
+    if (!(share->wanted = calloc(f->trajectories, sizeof *share->wanted)))
+        return ad_fail(error, AD_E_MEMORY, "out of memory");
+    want(f, share, pairs->n_train, pairs->train);
+    want(f, share, pairs->n_test, pairs->test);
+    for (size_t k = 0, pair; (pair = hnn_video_followed(f, pairs, k)) != SIZE_MAX; k++)
+        share->wanted[pair / f->frames] = true;
     return AD_OK;
 }
 

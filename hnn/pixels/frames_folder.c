@@ -107,15 +107,15 @@ static enum ad_status read_frame(const char *file, const char *first, const stru
 }
 
 static enum ad_status read_trajectory(const char *folder, const struct names *files, size_t i,
-                                      const char *first, struct hnn_frames *f,
-                                      struct ad_error *error)
+                                      const char *first, const struct hnn_frames_share *share,
+                                      struct hnn_frames *f, struct ad_error *error)
 {
     size_t area = f->height * f->width;
     if (files->n != f->frames)
         return ad_fail(error, AD_E_INPUT,
                        "%s: expected %zu pictures as in the first folder, found %zu", folder,
                        f->frames, files->n);
-    for (size_t k = 0; k < files->n; k++)
+    for (size_t k = 0; k < files->n && hnn_frames_wanted(share, i); k++)
         if (read_frame(files->name[k], first, f, f->pixels + (i * f->frames + k) * area, error) !=
             AD_OK)
             return error->status;
@@ -124,7 +124,8 @@ static enum ad_status read_trajectory(const char *folder, const struct names *fi
 
 /* Sizes from the first folder and its first picture. */
 static enum ad_status measure(const char *folder, const struct names *files, size_t trajectories,
-                              struct hnn_frames *f, struct ad_error *error)
+                              struct hnn_frames_share *share, struct hnn_frames *f,
+                              struct ad_error *error)
 {
     struct hnn_image image;
     if (files->n < 3)
@@ -134,19 +135,20 @@ static enum ad_status measure(const char *folder, const struct names *files, siz
     if (hnn_image_read(files->name[0], &image, error) != AD_OK)
         return error->status;
     free(image.pixels);
-    return hnn_frames_new(f, trajectories, files->n, image.height, image.width, error);
+    const size_t size[] = {trajectories, files->n, image.height, image.width};
+    return hnn_frames_begin(f, size, share, error);
 }
 
-static enum ad_status read_folders(const struct names *folders, struct hnn_frames *f,
-                                   struct ad_error *error)
+static enum ad_status read_folders(const struct names *folders, struct hnn_frames_share *share,
+                                   struct hnn_frames *f, struct ad_error *error)
 {
     struct names first = {0};
     for (size_t i = 0; i < folders->n && error->status == AD_OK; i++) {
         struct names files;
         const char *folder = folders->name[i];
         if (list(folder, is_picture, &files, error) == AD_OK &&
-            (i > 0 || measure(folder, &files, folders->n, f, error) == AD_OK))
-            read_trajectory(folder, &files, i, i ? first.name[0] : files.name[0], f, error);
+            (i > 0 || measure(folder, &files, folders->n, share, f, error) == AD_OK))
+            read_trajectory(folder, &files, i, i ? first.name[0] : files.name[0], share, f, error);
         if (i == 0)
             first = files;
         else
@@ -156,13 +158,13 @@ static enum ad_status read_folders(const struct names *folders, struct hnn_frame
     return error->status;
 }
 
-enum ad_status hnn_frames_read_folder(const char *folder, struct hnn_frames *f,
-                                      struct ad_error *error)
+enum ad_status hnn_frames_read_folder(const char *folder, struct hnn_frames_share *share,
+                                      struct hnn_frames *f, struct ad_error *error)
 {
     struct names folders;
     char *itself = (char *)folder;
     if (list(folder, is_folder, &folders, error) == AD_OK)
-        read_folders(folders.n ? &folders : &(struct names){1, &itself}, f, error);
+        read_folders(folders.n ? &folders : &(struct names){1, &itself}, share, f, error);
     names_free(&folders);
     return error->status;
 }

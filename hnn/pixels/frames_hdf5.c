@@ -134,14 +134,16 @@ static enum ad_status convert(const char *path, const struct search *s, const st
 }
 
 static enum ad_status read_pixels(const char *path, phys_hdf5 *file, const struct search *s,
-                                  struct hnn_frames *f, struct ad_error *error)
+                                  const struct hnn_frames_share *share, struct hnn_frames *f,
+                                  struct ad_error *error)
 {
     bool one = s->found.rank == 3;
     double *values = malloc(f->frames * f->height * f->width * sizeof *values);
     if (!values)
         return ad_fail(error, AD_E_MEMORY, "%s: out of memory", path);
     for (size_t i = 0; i < f->trajectories && error->status == AD_OK; i++)
-        if (phys_hdf5_read(file, s->name, one ? 0 : i, one ? f->frames : 1, values, error) == AD_OK)
+        if (hnn_frames_wanted(share, i) &&
+            phys_hdf5_read(file, s->name, one ? 0 : i, one ? f->frames : 1, values, error) == AD_OK)
             convert(path, s, f, i, values, error);
     free(values);
     return error->status;
@@ -202,12 +204,14 @@ static enum ad_status read_rod(const char *path, phys_hdf5 *file, struct hnn_fra
 }
 
 static enum ad_status read_all(const char *path, phys_hdf5 *file, struct search *s,
-                               struct hnn_frames *f, struct ad_error *error)
+                               struct hnn_frames_share *share, struct hnn_frames *f,
+                               struct ad_error *error)
 {
     size_t size[4] = {0};
     if (choose(path, file, s, size, error) != AD_OK ||
-        hnn_frames_new(f, size[0], size[1], size[2], size[3], error) != AD_OK ||
-        read_pixels(path, file, s, f, error) != AD_OK || read_rod(path, file, f, error) != AD_OK)
+        hnn_frames_begin(f, size, share, error) != AD_OK ||
+        read_pixels(path, file, s, share, f, error) != AD_OK ||
+        read_rod(path, file, f, error) != AD_OK)
         return error->status;
     if (!s->angle || !s->speed)
         return AD_OK;
@@ -217,12 +221,13 @@ static enum ad_status read_all(const char *path, phys_hdf5 *file, struct search 
     return error->status;
 }
 
-enum ad_status hnn_frames_read_hdf5(const char *path, struct hnn_frames *f, struct ad_error *error)
+enum ad_status hnn_frames_read_hdf5(const char *path, struct hnn_frames_share *share,
+                                    struct hnn_frames *f, struct ad_error *error)
 {
     phys_hdf5 *file;
     struct search search = {0};
     if (phys_hdf5_open(path, &file, error) == AD_OK)
-        read_all(path, file, &search, f, error);
+        read_all(path, file, &search, share, f, error);
     free(search.name);
     phys_hdf5_close(file);
     return error->status;

@@ -101,6 +101,12 @@ void hnn_split_pairs_free(struct hnn_split_pairs *pairs);
    order of their names; each subfolder is a trajectory, or the folder itself is one. AD_E_INPUT
    names file, frame, and what was expected. Free with hnn_frames_free in any case. */
 enum ad_status hnn_frames_read(const char *path, struct hnn_frames *frames, struct ad_error *error);
+/* Both at once, on many ranks: each reads the trajectories of its share of the pairs to train on
+   and of those for the test (hnn_samples_share), and the few that hnn_video_motion follows; pixels
+   of others are 0, and take no memory. AD_E_INPUT where ranks read other frames. */
+enum ad_status hnn_frames_read_split(const char *path, double fraction, uint64_t seed,
+                                     struct ad_ranks *ranks, struct hnn_frames *frames,
+                                     struct hnn_split_pairs *pairs, struct ad_error *error);
 /* Writes an HDF5 file atomically: "frames" f32, "angle" and "speed" f64, and the rod as attributes
    of the file: gravity, mass, length, dt, radius, axle, shade, left, right, bottom, top. */
 enum ad_status hnn_frames_save(const struct hnn_frames *frames, const char *file,

@@ -1,5 +1,6 @@
 /* Compares the motion of a model of pixels with the videos it was trained on (latent.h). */
 #include "autodiff/free.h"
+#include "frames.h"
 #include "latent.h"
 #include "hnn/model/internal.h"
 #include "pixel_energy.h"
@@ -60,6 +61,13 @@ static void sums_to_means(struct hnn_video_motion *m)
         *sum[k] = m->videos ? *sum[k] / (double)m->videos : (double)NAN;
 }
 
+size_t hnn_video_followed(const struct hnn_frames *f, const struct hnn_split_pairs *pairs, size_t k)
+{
+    size_t each = f->frames - 2, videos = pairs->n_train / each;
+    size_t stride = videos > VIDEOS ? videos / VIDEOS : 1;
+    return k < VIDEOS && k * stride < videos ? pairs->train[k * stride * each] : SIZE_MAX;
+}
+
 enum ad_status hnn_video_motion(hnn_model *model, const struct hnn_frames *f,
                                 const struct hnn_split_pairs *pairs,
                                 struct hnn_video_motion *motion, struct ad_error *error)
@@ -69,15 +77,15 @@ enum ad_status hnn_video_motion(hnn_model *model, const struct hnn_frames *f,
     if (f->frames < 3)
         return ad_fail(error, AD_E_ARGUMENT, "%s: %zu frames; expected 3 or more", __func__,
                        f->frames);
-    size_t each = f->frames - 2, videos = pairs->n_train / each, n = f->frames - 1;
-    size_t stride = videos > VIDEOS ? videos / VIDEOS : 1;
+    const size_t n = f->frames - 1;
     *motion = (struct hnn_video_motion){0};
     float *foreseen = malloc(n * f->height * f->width * sizeof *foreseen);
     double *work = malloc(n * sizeof *work);
     if (!foreseen || !work)
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu frames", n);
-    for (size_t k = 0; k < videos && k < VIDEOS * stride && error->status == AD_OK; k += stride)
-        follow_video(model, f, pairs->train[k * each], foreseen, work, motion, error);
+    for (size_t k = 0, pair;
+         error->status == AD_OK && (pair = hnn_video_followed(f, pairs, k)) != SIZE_MAX; k++)
+        follow_video(model, f, pair, foreseen, work, motion, error);
     sums_to_means(motion);
     AD_FREE(foreseen, work);
     return error->status;

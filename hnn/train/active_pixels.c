@@ -5,32 +5,44 @@
    have decayed. */
 #include "autodiff/free.h"
 #include "train.h"
+#include "hnn/data/data.h"
 
 #include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Pixels of a frame that are lit in one of those which the samples need. */
-static enum ad_status find_lit(const struct hnn_samples *s, size_t pixels, struct hnn_lit *lit,
-                               struct ad_error *error)
+struct looking {
+    const struct hnn_samples *samples;
+    size_t pixels;
+};
+
+/* Counts, for each pixel of a frame, the frames of sample i in which it is lit. */
+static void add_lit(void *context, size_t i, double *sum)
 {
-    bool *is_lit = calloc(s->frame, sizeof *is_lit);
+    const struct looking *l = context;
+    const struct hnn_samples *s = l->samples;
+    const float *window = s->frames + s->first[s->begin + i] * s->frame;
+    for (size_t at = 0; at <= l->pixels; at += s->frame)
+        for (size_t k = 0; k < s->frame; k++)
+            sum[k] += window[at + k] != 0;
+}
+
+/* Pixels of a frame that are lit in one of those which the samples need, of all ranks. */
+static enum ad_status find_lit(struct ad_ranks *ranks, const struct hnn_samples *s, size_t pixels,
+                               struct hnn_lit *lit, struct ad_error *error)
+{
+    struct looking looking = {s, pixels};
+    double *times = malloc(s->frame * sizeof *times);
     lit->pixel = malloc(s->frame * sizeof *lit->pixel);
-    if (!is_lit || !lit->pixel) {
-        free(is_lit);
-        return ad_fail(error, AD_E_MEMORY, "out of memory for frames of %zu pixels", s->frame);
-    }
-    for (size_t i = 0; i < s->n; i++) {
-        const float *window = s->frames + s->first[i] * s->frame;
-        for (size_t at = 0; at <= pixels; at += s->frame)
-            for (size_t k = 0; k < s->frame; k++)
-                is_lit[k] |= window[at + k] != 0;
-    }
-    for (size_t k = 0; k < s->frame; k++)
-        if (is_lit[k])
-            lit->pixel[lit->n++] = k;
-    free(is_lit);
-    return AD_OK;
+    if (!times || !lit->pixel)
+        ad_fail(error, AD_E_MEMORY, "out of memory for frames of %zu pixels", s->frame);
+    if (ad_ranks_agree(ranks, error) == AD_OK &&
+        hnn_samples_sum(ranks, s, s->frame, add_lit, &looking, times, error) == AD_OK)
+        for (size_t k = 0; k < s->frame; k++)
+            if (times[k] > 0)
+                lit->pixel[lit->n++] = k;
+    free(times);
+    return error->status;
 }
 
 /* All of them: where none or all are dark, or where an observation is not whole frames. */
@@ -48,7 +60,7 @@ enum ad_status hnn_learner_new(hnn_trainer *t, const struct hnn_samples *samples
     if (!pixels)
         return AD_OK;
     bool whole = pixels % frame == 0;
-    if (whole && find_lit(samples, pixels, &t->lit, error) != AD_OK)
+    if (whole && find_lit(t->settings.ranks, samples, pixels, &t->lit, error) != AD_OK)
         return error->status;
     if (t->lit.n == 0 || t->lit.n == frame)
         see_all(&t->lit, frame);

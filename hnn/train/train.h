@@ -25,6 +25,7 @@ struct hnn_data {
     struct ad_ranks *ranks; /* that hold them all together */
     double *taken;          /* [x_rows + target_rows][n_taken] by hnn_data_take: the batch */
     size_t n_taken;
+    float *windows;            /* the same of frames: each an observation and the next one */
     const struct hnn_lit *lit; /* of frames */
     uint64_t hash;             /* of all of it */
     uint32_t *order;           /* [n], the present permutation; NULL: batches are not drawn */
@@ -48,6 +49,8 @@ void hnn_data_draw(struct hnn_data *data, size_t count, uint32_t *drawn);
    hnn_data_copy. */
 enum ad_status hnn_data_take(struct hnn_data *data, size_t n, const uint32_t *picked,
                              struct ad_error *error);
+/* Of frames: sample picked[k], taken where ranks hold parts. */
+const float *hnn_data_window(const struct hnn_data *data, const uint32_t *picked, size_t k);
 /* Copies samples picked[first] ..., or, where that is NULL, first ..., beyond the last one that
    again, to x [x_rows x cols] and target [target_rows x cols]; frames: [cols x x_rows] ... */
 void hnn_data_copy(const struct hnn_data *data, const uint32_t *picked, size_t first, size_t count,

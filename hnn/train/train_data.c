@@ -8,6 +8,12 @@
 
 enum { PARTS = 4 }; /* of a hash: 16 bits each, so that sums of 2^32 are exact */
 
+/* Pixels of an observation and the next one. */
+static size_t window_of(const struct hnn_data *data)
+{
+    return data->target_rows + data->samples.frame;
+}
+
 /* A hash of each sample, added up: that of all, whoever holds them. */
 static void add_hash(void *context, size_t k, double *sum)
 {
@@ -15,7 +21,12 @@ static void add_hash(void *context, size_t k, double *sum)
     const struct hnn_samples *s = &data->samples;
     size_t states = data->target_rows - data->rollout, at = s->begin + k, n = data->held;
     uint64_t hash = ad_hash(AD_HASH_BEGIN, &at, sizeof at);
-    for (size_t r = 0; r < data->x_rows; r++)
+    if (s->frames) {
+        hash =
+            ad_hash(hash, s->frames + s->first[at] * s->frame, window_of(data) * sizeof *s->frames);
+        states = 0;
+    }
+    for (size_t r = 0; r < data->x_rows && !s->frames; r++)
         hash = ad_hash(hash, s->x + r * n + k, sizeof *s->x);
     for (size_t r = 0; r < states; r++)
         hash = ad_hash(hash, s->target + r * n + k, sizeof *s->target);
@@ -25,25 +36,12 @@ static void add_hash(void *context, size_t k, double *sum)
         sum[i] += (double)(hash >> 16 * i & 0xffff);
 }
 
-static enum ad_status hash_states(struct hnn_data *data, struct ad_error *error)
+static enum ad_status hash_samples(struct hnn_data *data, struct ad_error *error)
 {
     double sum[PARTS];
     if (hnn_samples_sum(data->ranks, &data->samples, PARTS, add_hash, data, sum, error) == AD_OK)
         data->hash = ad_hash(ad_hash(AD_HASH_BEGIN, sum, sizeof sum), &data->dt, sizeof data->dt);
     return error->status;
-}
-
-static uint64_t hash_of_frames(const struct hnn_data *data)
-{
-    const struct hnn_samples *s = &data->samples;
-    size_t low = SIZE_MAX, high = 0;
-    for (size_t k = 0; k < s->n; k++) {
-        low = s->first[k] < low ? s->first[k] : low;
-        high = s->first[k] > high ? s->first[k] : high;
-    }
-    return ad_hash(ad_hash(AD_HASH_BEGIN, s->first, s->n * sizeof *s->first),
-                   s->frames + low * s->frame,
-                   ((high - low) * s->frame + data->target_rows) * sizeof *s->frames);
 }
 
 enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
@@ -61,15 +59,12 @@ enum ad_status hnn_data_new(struct hnn_data *data, enum ad_type type,
                               .samples = *samples,
                               .ranks = training->ranks,
                               .lit = lit};
-    if (data->n && !samples->frames)
-        return hash_states(data, error);
-    data->hash = data->n ? hash_of_frames(data) : 0;
-    return AD_OK;
+    return data->n ? hash_samples(data, error) : AD_OK;
 }
 
 void hnn_data_free(struct hnn_data *data)
 {
-    AD_FREE(data->order, data->taken);
+    AD_FREE(data->order, data->taken, data->windows);
     *data = (struct hnn_data){0};
 }
 
@@ -125,10 +120,54 @@ static void put(enum ad_type type, double value, void *to, size_t at)
         ((double *)to)[at] = value;
 }
 
+struct taking {
+    const struct hnn_data *data;
+    const uint32_t *picked;
+    size_t n;
+};
+
+/* Windows of samples in the even part of rank `rank`, this one; 0 for the others. */
+static enum ad_status take_own(void *context, size_t rank, double *values, struct ad_error *error)
+{
+    const struct taking *t = context;
+    const struct hnn_samples *s = &t->data->samples;
+    const size_t size = window_of(t->data), first = ad_ranks_first(t->data->ranks, s->n, rank),
+                 end = ad_ranks_first(t->data->ranks, s->n, rank + 1);
+    for (size_t i = 0; i < t->n; i++) {
+        const size_t k = t->picked[i];
+        const bool own = k >= first && k < end;
+        for (size_t j = 0; j < size; j++)
+            values[i * size + j] = own ? (double)s->frames[s->first[k] * s->frame + j] : 0;
+    }
+    return error->status;
+}
+
+/* Pixels are as they were: one rank's, and zeros added to them. */
+static enum ad_status take_windows(struct hnn_data *data, size_t n, const uint32_t *picked,
+                                   struct ad_error *error)
+{
+    struct taking t = {data, picked, n};
+    const size_t numbers = n * window_of(data);
+    float *windows = realloc(data->windows, numbers * sizeof *windows);
+    double *values = malloc(numbers * sizeof *values);
+    data->windows = windows ? windows : data->windows;
+    if (!windows || !values)
+        ad_fail(error, AD_E_MEMORY, "out of memory for a batch of %zu samples", n);
+    if (ad_ranks_agree(data->ranks, error) == AD_OK &&
+        ad_ranks_sum(data->ranks, data->ranks->count, numbers, take_own, &t, values, error) ==
+            AD_OK)
+        for (size_t k = 0; k < numbers; k++)
+            windows[k] = (float)values[k];
+    free(values);
+    return error->status;
+}
+
 enum ad_status hnn_data_take(struct hnn_data *data, size_t n, const uint32_t *picked,
                              struct ad_error *error)
 {
     const size_t rows[] = {data->x_rows, data->target_rows - data->rollout, data->rollout};
+    if (data->samples.frames)
+        return take_windows(data, n, picked, error);
     double *taken = realloc(data->taken, (data->x_rows + data->target_rows) * n * sizeof *taken);
     if (taken)
         data->taken = taken;
@@ -164,6 +203,13 @@ static void copy_window(const struct hnn_data *data, size_t size, const float *f
             put(data->type, (double)from[k], to, row * size + k);
 }
 
+const float *hnn_data_window(const struct hnn_data *data, const uint32_t *picked, size_t k)
+{
+    const struct hnn_samples *s = &data->samples;
+    return data->windows ? data->windows + k * window_of(data)
+                         : s->frames + s->first[picked[k]] * s->frame;
+}
+
 void hnn_data_copy(const struct hnn_data *data, const uint32_t *picked, size_t first, size_t count,
                    size_t cols, void *x, void *target)
 {
@@ -172,7 +218,8 @@ void hnn_data_copy(const struct hnn_data *data, const uint32_t *picked, size_t f
     for (size_t col = 0; col < count; col++) {
         size_t k = picked ? picked[first + col] : first + col < data->n ? first + col : data->n - 1;
         if (s->frames) {
-            const float *window = s->frames + s->first[k] * s->frame;
+            const float *window = picked ? hnn_data_window(data, picked, first + col)
+                                         : s->frames + s->first[k] * s->frame;
             copy_window(data, data->x_rows, window, data->lit, x, col);
             copy_window(data, data->target_rows, window, NULL, target, col);
             continue;

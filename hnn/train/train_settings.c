@@ -38,10 +38,6 @@ static enum ad_status check_share(const struct hnn_training *s, const struct hnn
         return AD_OK;
     hnn_samples_share(s->ranks, samples->n, &begin, &end);
     end = end ? end : samples->n;
-    if (samples->frames)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "frames: expected all samples on every rank, got %zu to %zu", samples->begin,
-                       samples->end);
     if (samples->begin > begin || samples->end < end || samples->end > samples->n)
         return ad_fail(error, AD_E_ARGUMENT,
                        "samples of this rank: expected %zu to %zu of %zu, got %zu to %zu", begin,

@@ -213,6 +213,7 @@ static void touched(int signal)
     X(hnn_rod_check, hnn_rod_check(P, e))                                                          \
     X(hnn_frames_split, hnn_frames_split(P, 1, 1, P, e))                                           \
     X(hnn_frames_read, hnn_frames_read(P, P, e))                                                   \
+    X(hnn_frames_read_split, hnn_frames_read_split(P, 1, 1, NULL, P, P, e))                        \
     X(hnn_frames_save, hnn_frames_save(P, P, e))                                                   \
     X(hnn_rod_video, hnn_rod_video(P, 1, O, e))                                                    \
     X(hnn_bodies_video, hnn_bodies_video(P, P, 1, 1, 0, 1, O, e))                                  \
