@@ -1,9 +1,10 @@
 /* All initial velocities of one coordinate, or along the one that constraints leave (multistart.h):
    a root of the miss between neighbours of other sign, which is bisected, and two where the miss
-   comes near zero and back. */
+   comes near zero and back. The misses are found by all ranks. */
 #include "multistart.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { BISECTIONS = 30, SECTIONS = 20 };
@@ -78,23 +79,53 @@ static bool has_pair(const double *misses)
     return true;
 }
 
+struct sweep {
+    struct phys_multistart *s;
+    double range;
+    int half;
+};
+
+/* Velocity k of 2 half + 1. */
+static double velocity_of(const struct sweep *sweep, int k)
+{
+    const int from_zero = k - sweep->half;
+    double size = sweep->s->speed * sweep->range * pow(GRID, fabs((double)from_zero) - sweep->half);
+    return from_zero == 0 ? 0 : from_zero < 0 ? -size : size;
+}
+
+static enum ad_status find_miss(void *context, size_t k, void *miss, struct ad_error *error)
+{
+    const struct sweep *sweep = context;
+    struct phys_multistart *s = sweep->s;
+    *(double *)miss = (double)NAN;
+    if (!s->solutions->interrupted && phys_multistart_goes_on(s))
+        *(double *)miss = miss_of(s, velocity_of(sweep, (int)k));
+    return error->status;
+}
+
 enum ad_status phys_multistart_sweep(struct phys_multistart *s, struct ad_error *error)
 {
     const double range = s->left < s->dof ? ALONG : PHYS_MULTISTART_RANGE;
-    int half = (int)ceil(2 * log(range) / log(GRID));
+    const int half = (int)ceil(2 * log(range) / log(GRID)), n = 2 * half + 1;
+    struct sweep sweep = {s, range, half};
     double v[3] = {0}, misses[3] = {NAN, NAN, NAN}; /* the last three */
-    for (int k = -half; k <= half && error->status == AD_OK && phys_multistart_goes_on(s); k++) {
-        double size = s->speed * range * pow(GRID, fabs((double)k) - half);
+    double *miss = malloc((size_t)n * sizeof *miss);
+    if (!miss)
+        ad_fail(error, AD_E_MEMORY, "out of memory for %d velocities", n);
+    if (ad_ranks_agree(s->ranks, error) == AD_OK)
+        ad_ranks_deal(s->ranks, (size_t)n, sizeof *miss, find_miss, &sweep, miss, error);
+    for (int k = 0; k < n && error->status == AD_OK && phys_multistart_goes_on(s); k++) {
         memmove(v, v + 1, 2 * sizeof *v);
         memmove(misses, misses + 1, 2 * sizeof *misses);
-        v[2] = k == 0 ? 0 : k < 0 ? -size : size;
-        const double here = misses[2] = miss_of(s, v[2]), before = misses[1];
+        v[2] = velocity_of(&sweep, k);
+        const double here = misses[2] = miss[k], before = misses[1];
         if (here == 0 ||
             (isfinite(before) && isfinite(here) && before != 0 && (here < 0) != (before < 0)))
             bisect(s, here == 0 ? v[2] : v[1], v[2], here == 0 ? 0 : before, error);
         else if (has_pair(misses))
             find_pair(s, v, misses, error);
     }
+    free(miss);
     s->solutions->fastest = s->speed * range;
     return error->status;
 }

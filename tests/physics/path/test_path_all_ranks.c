@@ -16,6 +16,7 @@ struct job {
     size_t slices;
     double time;
     bool interrupted; /* by the last rank, at once */
+    bool free_end;
     struct phys_system system[MOST];
     struct phys_solutions all[MOST];
     struct ad_error error[MOST];
@@ -37,10 +38,13 @@ static void work(void *context, struct ad_ranks *ranks)
     struct phys_path_settings settings = phys_path_defaults(system);
     double *path = calloc(2 * system->dof * j->slices, sizeof *path);
     enum phys_motion_of which;
+    static const bool is_free[] = {true};
+    const struct phys_ends free_end = {.size = sizeof free_end, .free = {NULL, is_free}};
     settings.rule = phys_rule_find("gauss2", error);
     settings.slices = j->slices;
     settings.dt = j->time / (double)(j->slices - 1);
     settings.ranks = ranks;
+    settings.ends = j->free_end ? &free_end : NULL;
     phys_path_motion(system, &settings, NULL, 1, path, &which, error);
     if (j->interrupted && ranks && rank + 1 == ranks->count)
         settings.proceed = ends;
@@ -120,6 +124,15 @@ static void test_one_coordinate(void **state)
     check(&j, 3, false);
 }
 
+/* Starts from many velocities, in the place of times by energy. */
+static void test_free_end(void **state)
+{
+    (void)state;
+    struct job j = {
+        .scene = "pendulum", .name = "l", .value = 1, .slices = 51, .time = 6, .free_end = true};
+    check(&j, 2, true);
+}
+
 static void test_two_coordinates(void **state)
 {
     (void)state;
@@ -151,9 +164,8 @@ static void test_interrupted(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_one_coordinate),
-        cmocka_unit_test(test_two_coordinates),
-        cmocka_unit_test(test_many_coordinates),
+        cmocka_unit_test(test_one_coordinate),  cmocka_unit_test(test_free_end),
+        cmocka_unit_test(test_two_coordinates), cmocka_unit_test(test_many_coordinates),
         cmocka_unit_test(test_interrupted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
