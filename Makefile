@@ -144,7 +144,7 @@ help:
 	@echo '  matrix     the runs of docs/accuracy.md, by gcc and clang, -O0 to -O3, with and without AVX, 1 and 2 threads'
 	@echo '  mutants    tests must fail for each flipped sign in a gradient rule; LINES=60: for random changed lines'
 	@echo '  torture    kill runs at random moments: files stay intact, training resumes'
-	@echo '  test-ranks the command on 1 to 4 ranks, by each MPI installed; KILLS=5 of ranks'
+	@echo '  test-ranks the command on 1 to 4 ranks, by each MPI installed; KILLS=6 of ranks'
 	@echo '  ranks-speed  training and ensembles on two ranks beside one (SAMPLES=1000000 RUNS=3)'
 	@echo '  recipes    follow docs/recipes.md in copies of the tree and its build (minutes)'
 	@echo '  faults     fail each file call and each allocation of a run, for each subcommand'
@@ -437,7 +437,7 @@ torture: all
 	+@scripts/torture $(BUILD)/leastaction $(KILLS)
 
 test-ranks: $(BUILD)/leastaction
-	+@scripts/test-ranks $(BUILD) $(or $(filter-out 200,$(KILLS)),5)
+	+@scripts/test-ranks $(BUILD) $(or $(filter-out 200,$(KILLS)),6)
 
 # On two idle processors; MPIRUN is that of MPICC.
 MPIRUN ?= mpirun
