@@ -150,7 +150,8 @@ static enum ad_status take_windows(struct hnn_data *data, size_t n, const uint32
     const size_t numbers = n * window_of(data);
     float *windows = realloc(data->windows, numbers * sizeof *windows);
     double *values = malloc(numbers * sizeof *values);
-    data->windows = windows ? windows : data->windows;
+    if (windows)
+        data->windows = windows;
     if (!windows || !values)
         ad_fail(error, AD_E_MEMORY, "out of memory for a batch of %zu samples", n);
     if (ad_ranks_agree(data->ranks, error) == AD_OK &&
