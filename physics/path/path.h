@@ -170,8 +170,9 @@ enum ad_status phys_path_solve(const struct phys_solver *solver, const struct ph
                                struct phys_path_info *info, struct ad_error *error);
 
 /* Finds the stationary path [dof x slices] of a given energy (0: free end time) and its duration,
-   starting from settings->dt, which is replaced by that duration per slice. Uses Newton's method.
-   AD_E_ACCURACY if there is none, AD_E_ARGUMENT if L depends on time explicitly. */
+   starting from settings->dt, which is replaced by that duration per slice. Uses Newton's method,
+   and calls proceed, not progress. AD_E_ACCURACY if there is none, AD_E_ARGUMENT if L depends on
+   time explicitly. */
 enum ad_status phys_path_free_time(const struct phys_system *system,
                                    struct phys_path_settings *settings, double energy, double *path,
                                    struct phys_path_info *info, struct ad_error *error);

@@ -5,6 +5,13 @@
 #include <math.h>
 #include <stdlib.h>
 
+static bool count(void *context, const struct phys_path_step *step)
+{
+    (void)step;
+    ++*(size_t *)context;
+    return true;
+}
+
 /* From (0, 10) to (x1, 5), g = 9.80665, from a straight chute and a wrong time: with x1 = 30 the
    curve dips below its end, and Newton's method alone ends on another path. */
 static void quickest_descent(void **state)
@@ -24,7 +31,7 @@ static void quickest_descent(void **state)
     phys_system_open("brachistochrone", &system, &error);
     assert_no_error(&error);
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        size_t n = cases[k].slices;
+        size_t n = cases[k].slices, calls = 0;
         phys_system_set(&system, "x1", cases[k].x1, &error);
         struct phys_path_settings settings = {.size = sizeof settings,
                                               .rule = phys_rule_find(cases[k].rule, &error),
@@ -32,7 +39,9 @@ static void quickest_descent(void **state)
                                               .steps = 60,
                                               .dt = 2.5 / (double)(n - 1),
                                               .learning_rate = 1e-2,
-                                              .adam_steps = cases[k].adam_steps};
+                                              .adam_steps = cases[k].adam_steps,
+                                              .progress = count,
+                                              .context = &calls};
         double *path = calloc(settings.rule->degree * 2 * n, sizeof *path);
         double *cycloid = malloc(2 * n * sizeof *cycloid);
         system.scene->between(system.params, n, cycloid, &error);
@@ -44,6 +53,7 @@ static void quickest_descent(void **state)
         assert_no_error(&error);
         assert_close(settings.dt * (double)(n - 1), cases[k].time, 0, cases[k].tolerance);
         assert_close(info.action, cases[k].time, 0, cases[k].tolerance);
+        assert_int_equal(calls, 0);
         assert_true(mean_square_distance(2 * n, path, cycloid) < 1e-12);
         free(path);
         free(cycloid);
