@@ -223,7 +223,7 @@ static void test_boundaries(void **state)
 {
     (void)state;
     struct table *t = table_read("boundaries.csv");
-    table_expect_header(t, "problem,method,tol,rule,elements,seconds,estimate,largest,error");
+    table_expect_header(t, "problem,method,tol,rule,elements,seconds,first,estimate,largest,error");
     assert_int_equal(t->rows, 6 * 3);
     for (size_t r = 0; r < t->rows; r++) {
         double tol = table_number(t, r, "tol"), error = table_number(t, r, "error");

@@ -11,7 +11,7 @@ static void test_rollouts(void **state)
         .size = sizeof s, .file = file.text, .time = "t", .rollout = 3, .test_fraction = 0.25};
     struct hnn_dataset d = dataset_of(&s);
     assert_close(d.dt, 0.25, 0, 0);
-    assert_null(d.rate);
+    assert_true(d.rate[0] == 4 && d.rate[1] == 4); /* a row on, in .25 */
     const struct hnn_samples *parts[] = {&d.train, &d.test};
     for (size_t part = 0; part < 2; part++)
         for (size_t i = 0; i < parts[part]->n; i++) {
