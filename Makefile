@@ -81,7 +81,8 @@ TESTS    := $(TEST_SRC:%.c=$(BUILD)/%)
 LONG     := $(addprefix $(BUILD)/tests/,autodiff/native/test_native_fuzz autodiff/native/test_native_structures \
               autodiff/native/test_native_loops autodiff/programs/test_random_programs \
               apps/bench/test_charts apps/bench/test_chart_motions apps/path/test_path_steep \
-              physics/path/test_path_all_kepler physics/path/test_path_all_lambert physics/path/test_path_covering stability/test_networks)
+              physics/path/test_path_all_kepler physics/path/test_path_all_lambert physics/path/test_path_covering stability/test_networks \
+              contract/test_stored_reports)
 FUZZERS  := $(patsubst %.c,$(BUILD)/%,$(wildcard tests/fuzz/fuzz_*.c))
 HELP_OBJ := $(patsubst %.c,$(BUILD)/%.o,$(filter-out $(wildcard tests/*/test_*.c tests/*/*/test_*.c tests/fuzz/*.c \
               tests/apps/scenes/*.c tests/abi/*.c),$(wildcard tests/*.c tests/*/*.c tests/*/*/*.c)))
@@ -124,7 +125,7 @@ help:
 	@echo '  all        library (.a, .so) and the command ./leastaction'
 	@echo '             MPI=1: and its module for many ranks, by mpirun; MPICC=mpicc'
 	@echo '  test       install missing packages, build, run all tests but those of test-long'
-	@echo '  test-long  many random programs, each operation on every back end, charts, searches, trainings'
+	@echo '  test-long  many random programs, each operation on every back end, charts, searches, trainings, stored reports'
 	@echo '  check      build and run all tests; TEST_DIRS=tests/autodiff: those of a folder'
 	@echo '  demo       install, build, one result of each front end, pictures in demo/'
 	@echo '  charts     speed against accuracy, in charts/ (QUICK=1: a smaller range; HORIZONS=DIR: tables)'
