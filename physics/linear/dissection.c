@@ -98,7 +98,7 @@ static bool divide_by_metis(struct work *w, uint32_t now, size_t count)
     w->start[count] = edges;
     int32_t *side = w->start + count + 1;
     int status;
-#pragma omp critical(separator) /* its random numbers are the process's */
+#pragma omp critical(phys_separator) /* its random numbers are the process's */
     status = separate(&n, w->start, w->beside, NULL, NULL, &size, side);
     if (status != 1)
         return false;

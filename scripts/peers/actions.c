@@ -1,6 +1,7 @@
-/* Sums of L over slices as a careful C programmer writes them, for gradients_enzyme.py: N slices, row k of the path
-   at x[k * N], the last velocity twice, the sum times SCALE. Enzyme's compiler has no system headers. Sines and cosines in
-   loops of their own (dblpend_arranged) are vectorised, where their arrays fit the stack. */
+/* Sums of L over slices as a careful C programmer writes them, for gradients_enzyme.py: N slices,
+   row k of the path at x[k * N], the last velocity twice, the sum times SCALE. Enzyme's compiler
+   has no system headers. Sines and cosines in loops of their own (dblpend_arranged) are vectorised,
+   where their arrays fit the stack. */
 extern "C" double sqrt(double), sin(double), cos(double);
 
 static double kinetic(int rows, double dt, const double *__restrict x)
@@ -15,14 +16,19 @@ static double kinetic(int rows, double dt, const double *__restrict x)
     return 0.5 * T / (dt * dt);
 }
 
-static inline double attraction(double dx, double dy) { return 1.3e-4 / (sqrt(dx * dx + dy * dy + 1e-6) + 1e-6); }
+static inline double attraction(double dx, double dy)
+{
+    return 1.3e-4 / (sqrt(dx * dx + dy * dy + 1e-6) + 1e-6);
+}
 
 static double threebody(const double *__restrict x)
 {
     double S = 0;
     for (long i = 0; i < N; i++) {
-        double ax = x[i], ay = x[N + i], bx = x[2l * N + i], by = x[3l * N + i], cx = x[4l * N + i], cy = x[5l * N + i];
-        S += attraction(ax - bx, ay - by) + attraction(ax - cx, ay - cy) + attraction(bx - cx, by - cy);
+        double ax = x[i], ay = x[N + i], bx = x[2l * N + i], by = x[3l * N + i], cx = x[4l * N + i],
+               cy = x[5l * N + i];
+        S += attraction(ax - bx, ay - by) + attraction(ax - cx, ay - cy) +
+             attraction(bx - cx, by - cy);
     }
     return SCALE * (S + kinetic(6, 0.5, x));
 }
@@ -44,16 +50,23 @@ static double dblpend_arranged(const double *__restrict x)
 {
     const double *a = x, *b = x + N, dt = 0.06;
     double S = 0, u[N], v[N], s[2][N], c[2][N];
-    for (int i = 0; i < N - 1; i++) u[i] = (a[i + 1] - a[i]) / dt;
-    for (int i = 0; i < N - 1; i++) v[i] = (b[i + 1] - b[i]) / dt;
+    for (int i = 0; i < N - 1; i++)
+        u[i] = (a[i + 1] - a[i]) / dt;
+    for (int i = 0; i < N - 1; i++)
+        v[i] = (b[i + 1] - b[i]) / dt;
     u[N - 1] = u[N - 2];
     v[N - 1] = v[N - 2];
-    for (int i = 0; i < N; i++) s[0][i] = sin(a[i]);
-    for (int i = 0; i < N; i++) s[1][i] = sin(b[i]);
-    for (int i = 0; i < N; i++) c[0][i] = cos(a[i]);
-    for (int i = 0; i < N; i++) c[1][i] = cos(b[i]);
     for (int i = 0; i < N; i++)
-        S += u[i] * u[i] + 0.5 * v[i] * v[i] + u[i] * v[i] * (c[0][i] * c[1][i] + s[0][i] * s[1][i]) + 2 * c[0][i] + c[1][i];
+        s[0][i] = sin(a[i]);
+    for (int i = 0; i < N; i++)
+        s[1][i] = sin(b[i]);
+    for (int i = 0; i < N; i++)
+        c[0][i] = cos(a[i]);
+    for (int i = 0; i < N; i++)
+        c[1][i] = cos(b[i]);
+    for (int i = 0; i < N; i++)
+        S += u[i] * u[i] + 0.5 * v[i] * v[i] +
+             u[i] * v[i] * (c[0][i] * c[1][i] + s[0][i] * s[1][i]) + 2 * c[0][i] + c[1][i];
     return SCALE * S;
 }
 #endif
@@ -65,7 +78,8 @@ static double gas(const double *__restrict x)
     for (int i = 0; i < BODIES; i++)
         for (int j = i + 1; j < BODIES; j++)
             for (int t = 0; t < N; t++) {
-                double dx = x[2l * i * N + t] - x[2l * j * N + t], dy = x[(2l * i + 1) * N + t] - x[(2l * j + 1) * N + t];
+                double dx = x[2l * i * N + t] - x[2l * j * N + t],
+                       dy = x[(2l * i + 1) * N + t] - x[(2l * j + 1) * N + t];
                 double u = 0.0016 / (dx * dx + dy * dy + 1e-6), u3 = u * u * u;
                 V += u3 * u3 - u3;
             }
