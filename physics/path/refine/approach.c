@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ELEMENTS = 32, MOST_SOLVED = 100 };
+enum { ELEMENTS = 32, MOST_SOLVED = 200 };
 static const double SHORTEST = 1.0 / 512, FIRST = 1.0 / 8, LONGER = 1.5; /* shares of the way */
 /* Start velocities of motions, in units of the guess's mean velocity. */
 static const double VELOCITY[] = {0, 1, -1, 2, -2, 4, -4};
@@ -19,9 +19,9 @@ struct walk {
     const struct phys_climb *c;
     struct phys_path_settings settings;
     double dt;
-    size_t n, dof, slices;
-    double *path, *known; /* [n] */
-    double *way;          /* [dof], if `ends`: what is left for the end to move, at the start */
+    size_t n, dof, slices, solved; /* solved: paths, found or not */
+    double *path, *known;          /* [n] */
+    double *way; /* [dof], if `ends`: what is left for the end to move, at the start */
     bool ends, stopped;
 };
 
@@ -47,7 +47,7 @@ static bool follow(struct walk *w)
 {
     double at = 0, step = FIRST;
     memcpy(w->known, w->path, w->n * sizeof *w->path);
-    for (size_t solved = 0; at < 1 && step >= SHORTEST && solved < MOST_SOLVED; solved++) {
+    while (at < 1 && step >= SHORTEST && w->solved++ < MOST_SOLVED) {
         const double next = fmin(at + step, 1);
         const bool moved = move(w, at, next);
         if (w->stopped)
@@ -106,13 +106,14 @@ enum ad_status phys_climb_approach(struct phys_climb *c, const struct phys_rule 
         ad_fail(error, AD_E_MEMORY, "no memory for a path of %zu slices", grid.slices);
     } else {
         arrived = follow(&w);
-        c->to->approach = "a path of a shorter time";
+        const char *from = "a path of a shorter time";
         for (size_t i = 0; i < sizeof VELOCITY / sizeof *VELOCITY; i++) {
             if (arrived || w.stopped || ends_move(settings->ends, w.dof))
                 break;
             arrived = follow_motion(&w, VELOCITY[i]);
-            c->to->approach = "a motion from the same start";
+            from = "a motion from the same start";
         }
+        c->to->approach = arrived ? from : NULL;
     }
     if (w.stopped)
         ad_fail(error, AD_E_ACCURACY, "interrupted at %d elements of %s", ELEMENTS, rule->name);
