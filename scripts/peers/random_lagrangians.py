@@ -33,7 +33,7 @@ TERMS = [
     ("ad_div({a}, ad_add(1.2, ad_square({b})))", "({a} / (1.2 + {b} ** 2))"),
     ("ad_atan2({a}, ad_add(3.0, ad_cos({b})))", "jnp.arctan2({a}, 3.0 + jnp.cos({b}))"),
     ("ad_hypot({a}, ad_add(2.0, ad_sin({b})))", "jnp.hypot({a}, 2.0 + jnp.sin({b}))"),
-    ("ad_pow(ad_add(1.1, ad_square({a})), N(0.7))", "(1.1 + {a} ** 2) ** 0.7"),
+    ("ad_pow(ad_add(1.1, ad_square({a})), N(0.7))", "((1.1 + {a} ** 2) ** 0.7)"),
 ]
 KINKS = [
     ("ad_abs({a})", "jnp.abs({a})"),
