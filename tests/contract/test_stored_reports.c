@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST = 7, LINE = 512, KEY = 128 };
+enum { MOST = 5, LINE = 512, KEY = 128 };
 
 static const double rounding = 1e-11; /* smaller numbers are only bounded */
 
