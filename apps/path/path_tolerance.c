@@ -201,8 +201,7 @@ void path_report_levels(const struct path_run *run, struct report *report)
                 r->approach ? ", from what was followed to these ends: " : "",
                 r->approach ? r->approach : "");
     report_flag(report, "along_motion", NULL, run->along);
-    if (r->approach)
-        report_text(report, "approach", NULL, r->approach);
+    report_text(report, "approach", NULL, r->approach ? r->approach : "the start given");
     for (size_t k = 0; k < r->n; k++) {
         const struct phys_level *level = &r->level[k];
         report_item(report, "tried");
