@@ -162,6 +162,7 @@ def check_motion(command, folder, L, tol=1e-8, time=10):
     if report is None or status:
         return "not reached"
     t, q = rows_of(table, L.n)
+    t = np.minimum(t, time)
     wrong = []
     error = np.abs(L.motion(L.q + L.v, time, t)[: L.n] - q).max()
     if error > tol:
@@ -183,18 +184,19 @@ def check_path(command, folder, L, rng, tol=1e-6):
     if report is None or status:
         return "not found: " + " ".join(how[4:])
     t, q = rows_of(table, n)
-    t = t - t[0]
-    # shooting from the path's first velocity, by the slope of a polynomial through its first slices
-    few = min(7, len(t))
-    v = np.array([np.polyfit(t[:few], x[:few], few - 1)[-2] for x in q])
+    t = np.minimum(t - t[0], time)
+    # shooting to the first slice, then further and further along the path, so that it stays this path
+    v = (q[:, 1] - q[:, 0]) / t[1]
     identity = np.vstack([np.zeros((n, n)), np.eye(n)]).ravel()
-    for _ in range(20):
-        y = L.motion(np.concatenate([ends[0], v, identity]), time, [time], L.variations)[:, 0]
-        miss = y[:n] - ends[1]
-        if np.abs(miss).max() < 1e-11:
-            break
-        v = v - np.linalg.solve(y[2 * n :].reshape(2 * n, n)[:n], miss)
-    else:
+    for k in range(1, len(t)):
+        target = ends[1] if k == len(t) - 1 else q[:, k]
+        for _ in range(20):
+            y = L.motion(np.concatenate([ends[0], v, identity]), t[k], [t[k]], L.variations)[:, 0]
+            miss = y[:n] - target
+            if np.abs(miss).max() < 1e-11:
+                break
+            v = v - np.linalg.solve(y[2 * n :].reshape(2 * n, n)[:n], miss)
+    if np.abs(miss).max() > 1e-9:
         return "not shot"
     at = np.linspace(0, time, 4001)
     y = L.motion(np.concatenate([ends[0], v, identity]), time, at, L.variations)
