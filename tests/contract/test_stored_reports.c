@@ -1,8 +1,8 @@
 /* Each number of the JSON of short runs is as in tests/data/reports.txt, to the digits stored there
    or below a bound. It holds estimates, counts, signs and costs of which no closed form is known.
    After a change that is meant, remove the file and run with STORE=1; again, by a build of other
-   options, and with other kernels of OpenBLAS (OPENBLAS_CORETYPE=Nehalem, Haswell, SkylakeX), to
-   keep only the digits in which all agree. */
+   options, and with other kernels of OpenBLAS (OPENBLAS_CORETYPE=Nehalem, Haswell, SkylakeX) and
+   ours (LEASTACTION_ISA), to keep only the digits in which all agree. */
 #include "tests/close.h"
 #include "tests/apps/shell.h"
 
