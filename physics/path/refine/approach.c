@@ -115,6 +115,7 @@ enum ad_status phys_climb_approach(struct phys_climb *c, const struct phys_rule 
         }
         c->to->approach = arrived ? from : NULL;
     }
+    c->to->unsettled &= !w.stopped;
     if (w.stopped)
         ad_fail(error, AD_E_ACCURACY, "interrupted at %d elements of %s", ELEMENTS, rule->name);
     for (size_t k = 0; arrived && k < 2 * w.dof; k++) { /* without the rounding of the way */
