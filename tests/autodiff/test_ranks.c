@@ -60,10 +60,7 @@ static void test_sums(void **state)
     for (size_t count = 0; count <= MOST; count++)
         for (size_t blocks = 1; blocks <= BLOCKS; blocks++) {
             struct sums s = {.blocks = blocks, .failing = BLOCKS};
-            if (count)
-                with_ranks(count, add_up, &s);
-            else
-                add_up(&s, NULL);
+            with_ranks(count, add_up, &s);
             for (size_t k = 0; k < (count ? count : 1); k++)
                 for (size_t i = 0; i < WIDTH; i++) {
                     assert_int_equal(s.error[k].status, AD_OK);
@@ -171,10 +168,7 @@ static void test_tasks(void **state)
     (void)state;
     for (size_t count = 0; count <= 4; count++) {
         struct dealing d = {.failing = TASKS};
-        if (count)
-            with_ranks(count, deal, &d);
-        else
-            deal(&d, NULL);
+        with_ranks(count, deal, &d);
         for (size_t task = 0; task < TASKS; task++) {
             assert_int_equal(d.run[task], 2);
             for (size_t k = 0; k < (count ? count : 1); k++)

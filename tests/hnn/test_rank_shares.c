@@ -60,10 +60,7 @@ static void work(void *context, struct ad_ranks *ranks)
 
 static void run(struct job *job, size_t count)
 {
-    if (count)
-        with_ranks(count, work, job);
-    else
-        work(job, NULL);
+    with_ranks(count, work, job);
     for (size_t k = 0; k < count + !count; k++)
         if (job->error[k].status != AD_OK)
             fail_msg("%s, rank %zu of %zu: %s", job->name, k, count, job->error[k].message);

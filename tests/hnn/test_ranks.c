@@ -47,10 +47,7 @@ static void check_part(struct job *job, size_t count, size_t from, size_t to)
 {
     job->from = from;
     job->to = to;
-    if (count)
-        with_ranks(count, work, job);
-    else
-        work(job, NULL);
+    with_ranks(count, work, job);
     for (size_t k = 0; k < count + !count; k++) {
         if (job->error[k].status != AD_OK)
             fail_msg("%s, %zu ranks: %s", job->name, count, job->error[k].message);

@@ -91,6 +91,10 @@ static void *run(void *member)
 
 void with_ranks(size_t count, void (*work)(void *context, struct ad_ranks *ranks), void *context)
 {
+    if (count == 0) {
+        work(context, NULL);
+        return;
+    }
     struct team team = {.count = count, .work = work, .context = context};
     struct member *member = calloc(count, sizeof *member);
     team.given = calloc(count, sizeof *team.given);

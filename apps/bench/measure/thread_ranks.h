@@ -4,8 +4,8 @@
 
 #include "autodiff/ranks.h"
 
-/* Calls work(context, ranks) on each of `count` ranks at once, and waits for all. No assertions
-   inside: they belong to the thread of the test. */
+/* Calls work(context, ranks) on each of `count` ranks at once, and waits for all; 0: here, with
+   NULL. No assertions inside: they belong to the thread of the test. */
 void with_ranks(size_t count, void (*work)(void *context, struct ad_ranks *ranks), void *context);
 
 #endif

@@ -55,10 +55,7 @@ static void test_range(void **state)
     x[3 * PARTS + 1] = 11;
     struct seen seen = {.x = x};
     for (size_t count = 0; count <= RANKS; count += RANKS) {
-        if (count)
-            with_ranks(count, see, &seen);
-        else
-            see(&seen, NULL);
+        with_ranks(count, see, &seen);
         for (size_t k = 0; k < 3 * (count + !count); k++) {
             size_t rank = k / 3, of = k % 3;
             assert_true(seen.low[rank][of] == -2.0 - (double)of);

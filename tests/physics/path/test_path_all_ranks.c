@@ -62,10 +62,7 @@ static void run(struct job *j, size_t count)
         j->system[k] = system_opened(j->scene);
         system_set(&j->system[k], j->name, j->value);
     }
-    if (count)
-        with_ranks(count, work, j);
-    else
-        work(j, NULL);
+    with_ranks(count, work, j);
     for (size_t k = 0; k < count + !count; k++) {
         if (j->error[k].status != AD_OK)
             fail_msg("%s, rank %zu of %zu: %s", j->scene, k, count, j->error[k].message);
