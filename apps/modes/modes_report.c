@@ -69,6 +69,29 @@ static void report_place(const struct modes_run *run, const double *q, struct re
     report_text(report, "place", "place", text);
 }
 
+static void report_search(const struct modes_run *run, struct report *report)
+{
+    const struct phys_equilibria *found = &run->found;
+    const size_t dof = run->system.dof;
+    char box[256] = "", name[64];
+    size_t used = 0;
+    for (size_t i = 0; i < dof && i < SHOWN && used < sizeof box - 100; i++) {
+        phys_coordinate_name(&run->system, i, name, sizeof name);
+        used += (size_t)snprintf(box + used, sizeof box - used, "%s%s %.3g to %.3g", i ? ", " : "",
+                                 name, found->low[i], found->high[i]);
+    }
+    report_text(report, "box", "starts drawn in", box);
+    report_list(report, "low", NULL, NULL, dof, found->low);
+    report_list(report, "high", NULL, NULL, dof, found->high);
+    report_number(report, "unseen", NULL, NULL, found->unseen);
+    report_number(report, "unseen_limit", NULL, NULL, found->unseen_limit);
+    report_line(
+        report,
+        "  Another such start finds an equilibrium not listed with a chance under %.0f%% (95%% "
+        "confidence).",
+        ceil(100 * found->unseen_limit));
+}
+
 /* At rest at the equilibria. */
 static void report_model(const struct modes_run *run, struct report *report)
 {
@@ -92,6 +115,7 @@ void modes_report(const void *context, struct report *report)
     report_text(report, "scene", NULL, scene->name);
     report_count(report, "starts", NULL, found->starts);
     report_count(report, "lost", "starts that led nowhere", found->lost);
+    report_search(run, report);
     for (size_t k = 0; k < found->n; k++) {
         const struct phys_equilibrium *one = &found->one[k];
         report_item(report, "equilibria");

@@ -55,3 +55,10 @@ double phys_random_normal(struct phys_random *random)
     random->has_spare = true;
     return a * scale;
 }
+
+double phys_random_unseen(size_t once, size_t n, double *limit)
+{
+    const double most = (double)once + 1.645 * sqrt((double)once + 0.5) + 1.84; /* 3.0, 4.7, 6.3 */
+    *limit = n ? fmin(1, most / (double)n) : 1;
+    return n ? (double)once / (double)n : 1;
+}

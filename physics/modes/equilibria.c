@@ -175,6 +175,8 @@ static enum ad_status set_box(struct search *s, struct ad_error *error)
             s->size[i] = 0.5 * (how->high[i] - how->low[i]);
         }
         s->y[i] = (s->y[i] - s->middle[i]) / s->size[i];
+        s->found->low[i] = s->middle[i] - s->size[i];
+        s->found->high[i] = s->middle[i] + s->size[i];
     }
     return AD_OK;
 }
@@ -218,8 +220,10 @@ static enum ad_status prepare(struct search *s, struct ad_error *error)
     double *room = calloc(10 * n + 3 * n * n, sizeof *room);
     s->middle = room;
     s->found->angle = calloc(n, sizeof *s->found->angle);
-    if (!room || !s->found->angle)
+    s->found->low = calloc(2 * n, sizeof *s->found->low);
+    if (!room || !s->found->angle || !s->found->low)
         return no_memory(s, error);
+    s->found->high = s->found->low + n;
     double **const parts[] = {&s->size,  &s->y,     &s->next,  &s->q,   &s->zero,
                               &s->force, &s->value, &s->along, &s->step};
     for (size_t k = 0; k < LENGTH(parts); k++)
@@ -243,7 +247,7 @@ static int by_energy(const void *a, const void *b)
 static enum ad_status try_starts(struct search *s, struct ad_error *error)
 {
     const size_t starts = s->settings->starts ? s->settings->starts : STARTS;
-    size_t usable = 0;
+    size_t usable = 0, once = 0;
     struct phys_random random;
     phys_random_seed(&random, s->settings->seed);
     for (size_t k = 0; k < starts && error->status == AD_OK; k++) {
@@ -266,6 +270,10 @@ static enum ad_status try_starts(struct search *s, struct ad_error *error)
                        "%s: at none of %zu places has L finite derivatives, and a mass matrix that "
                        "is not singular, at rest",
                        s->system->scene->name, starts);
+    for (size_t k = 0; k < s->found->n; k++)
+        once += s->found->one[k].reached == 1;
+    s->found->unseen =
+        phys_random_unseen(once, s->found->starts - s->found->lost, &s->found->unseen_limit);
     if (s->found->n > 1)
         qsort(s->found->one, s->found->n, sizeof *s->found->one, by_energy);
     return error->status;
@@ -294,7 +302,7 @@ void phys_equilibria_free(struct phys_equilibria *found)
     for (size_t k = 0; found && k < found->n; k++)
         drop(&found->one[k]);
     if (found)
-        AD_FREE(found->one, found->angle);
+        AD_FREE(found->one, found->angle, found->low);
 }
 
 const char *phys_equilibrium_word(enum phys_equilibrium_kind kind)

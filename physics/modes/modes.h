@@ -69,6 +69,10 @@ struct phys_equilibria {
     struct phys_equilibrium *one;
     size_t starts, lost; /* lost: starts that led nowhere */
     bool *angle;         /* [dof]: L is unchanged by a turn of 2 pi */
+    double *low, *high;  /* [dof]: the box that starts were drawn in */
+    /* Chance that one more start that leads to an equilibrium leads to one not listed, and its
+       upper bound at 95 % confidence (phys_random_unseen). */
+    double unseen, unseen_limit;
 };
 
 /* Newton's method on L_q(q, 0), damped, from many starts. What no start leads to is not found.

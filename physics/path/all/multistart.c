@@ -113,16 +113,12 @@ bool phys_multistart_begin(struct phys_multistart *s)
     return true;
 }
 
-/* Fraction of the starts whose path no other start has found; and its upper limit at 95 %
-   confidence if their number is Poisson distributed: 3.0, 4.7, 6.3 for 0, 1, 2. */
 static double unseen(const struct phys_multistart *s, size_t led, double *limit)
 {
     size_t once = 0;
     for (size_t k = 0; k < s->solutions->n; k++)
         once += s->solutions->solution[k].hits == 1;
-    double most = (double)once + 1.645 * sqrt((double)once + 0.5) + 1.84;
-    *limit = led ? fmin(1, most / (double)led) : 1;
-    return led ? (double)once / (double)led : 1;
+    return phys_random_unseen(once, led, limit);
 }
 
 /* What a start leads to, and the path [n] behind it. */
