@@ -14,6 +14,7 @@ struct phys_squares {
     double *scale;   /* [n] lengths of the columns; 1 for one of zeros */
     double *s, *u_r; /* [n] singular values; U^T r */
     double *V;       /* [n][n], row k is direction k */
+    double left;     /* the minimum of |J x - r|^2 */
 };
 enum ad_status phys_squares_new(size_t rows, size_t n, double *J, double *r,
                                 struct phys_squares *squares, struct ad_error *error);

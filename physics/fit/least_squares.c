@@ -98,6 +98,8 @@ enum ad_status phys_squares_new(size_t rows, size_t n, double *J, double *r, str
             J[i * n + k] /= q->scale[k];
     }
     triangulate(rows, n, J, r);
+    for (size_t i = n; i < rows; i++)
+        q->left += r[i] * r[i];
     for (size_t k = 0; k < n; k++) { /* row k of W: column k of R */
         q->V[k * n + k] = 1;
         for (size_t i = 0; i <= k && i < rows; i++)

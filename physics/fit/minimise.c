@@ -49,12 +49,12 @@ static bool move(struct phys_fitting *s, const double *step, double share, struc
 
 bool phys_fitting_is_fatal(const struct ad_error *error)
 {
-    return error->status == AD_E_MEMORY || error->status == AD_E_ARGUMENT ||
-           strstr(error->message, "interrupted");
+    return error->status == AD_E_MEMORY || strstr(error->message, "interrupted");
 }
 
-/* One step that lowers the merit, or that at least halves the gaps where it hardly raises it: near
-   the minimum closing gaps costs residuals in proportion, and their own squares gain less. *down:
+/* One step that lowers the merit, or that at least halves the gaps where it hardly raises it above
+   what the linear equations leave: near the minimum closing gaps costs residuals in proportion, and
+   their own squares gain less. *down:
    by how much the merit changed, 0 where there is no such step. Shares of Gauss and Newton's come
    first: of a chaotic motion any damping of the unknowns is a large change at its end, which does
    not close the gaps any more. */
@@ -84,7 +84,8 @@ static enum ad_status descend(struct phys_fitting *s, const struct phys_squares 
             *error = cause;
             break;
         }
-        const bool closes = s->gap > 0 && s->gap <= gap / 2 && s->merit <= 1.01 * before;
+        const bool closes =
+            s->gap > 0 && s->gap <= gap / 2 && s->merit <= 1.01 * fmax(before, q->left);
         if (valid && cause.status == AD_OK && (s->merit < before || closes)) {
             *down = fabs(before - s->merit);
             break;
