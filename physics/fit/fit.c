@@ -55,12 +55,14 @@ static enum ad_status search(struct phys_fitting *s, struct phys_fitting_point p
     phys_random_seed(&random, s->settings->seed + 1);
     phys_fitting_keep(s, &p[1]);
     for (size_t k = 0; k < tries && error->status == AD_OK; k++) {
-        const size_t rows = phys_fitting_rows(s->settings), shorter[] = {rows, 2, rows / 4 + 2};
+        const size_t rows = phys_fitting_rows(s->settings), shorter[] = {rows, 2, rows / 4 + 2},
+                     span[] = {1, 1, rows / 4 + 1}; /* noise of rates falls with it */
         struct ad_error failed = {0};
         phys_fitting_restore(s, &p[1]);
         if (k >= LENGTH(shorter) && !perturb(s, &random))
             continue;
         s->fit->tries++;
+        s->span = span[k % LENGTH(span)];
         minimise_from(s, shorter[k % LENGTH(shorter)], &p[0], &failed);
         if (failed.status != AD_OK && phys_fitting_is_fatal(&failed))
             *error = failed;

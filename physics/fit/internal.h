@@ -50,6 +50,7 @@ struct phys_fitting {
     struct phys_system system; /* a copy, whose parameters change */
     struct phys_ode ode;
     size_t d, n_stretches;
+    size_t span; /* rows to either side that rates not measured are guessed from */
     struct phys_stretch *stretch;
     double *begin; /* [n_stretches][d] */
     double *size;  /* [d] of the components; then those of all of y */

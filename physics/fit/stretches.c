@@ -26,8 +26,12 @@ static double measured_near(const struct phys_fitting *s, size_t row, size_t i, 
 {
     const double *t = s->data->t, *x = s->data->x + i;
     const size_t back = SIZE_MAX;
-    size_t low = next_measured(s, row, rate ? row - 1 : row, back, i);
-    size_t high = next_measured(s, row, rate || low == row ? row + 1 : row, 1, i);
+    size_t span = rate ? s->span : 0;
+    while (span > 1 && (row < span || row + span >= s->data->n ||
+                        phys_fit_trial(s->data, row - span) != phys_fit_trial(s->data, row + span)))
+        span--;
+    size_t low = next_measured(s, row, row - span, back, i);
+    size_t high = next_measured(s, row, rate ? row + span : low == row ? row + 1 : row, 1, i);
     if (rate && (low == SIZE_MAX || high == SIZE_MAX) && isfinite(x[row * s->d]))
         *(low == SIZE_MAX ? &low : &high) = row;
     if (low == SIZE_MAX && high != SIZE_MAX) {

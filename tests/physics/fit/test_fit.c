@@ -1,67 +1,11 @@
 /* Parameters and starts from motions that are known, with and without noise. */
-#include "systems.h"
+#include "measured.h"
 #include "tests/close.h"
 #include "tests/mentions.h"
 #include "physics/io/random.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-enum { ROWS = 600, MOST = 4 };
-
-struct measured {
-    double t[ROWS], x[ROWS * MOST];
-    size_t trial[ROWS];
-    struct phys_fit_data data;
-};
-
-/* Adds a trial of `rows` rows dt apart from t0 on, with noise on coordinates and velocities. */
-static void add_trial(struct measured *m, const struct phys_system *system, const double *start,
-                      double t0, double dt, size_t rows, const double noise[2],
-                      struct phys_random *random)
-{
-    struct ad_error error = {0};
-    struct phys_ode ode;
-    const size_t d = 2 * system->dof, at = m->data.n;
-    double y[MOST];
-    assert_true(at + rows <= ROWS && d <= MOST);
-    memcpy(y, start, d * sizeof *y);
-    assert_int_equal(phys_ode_lagrangian(system, &ode, &error), AD_OK);
-    for (size_t k = 0; k < rows; k++) {
-        const struct phys_simulation how = {.size = sizeof how,
-                                            .integrator = phys_integrator_find("taylor", &error),
-                                            .t0 = t0 + dt * ((double)k - 1),
-                                            .t1 = t0 + dt * (double)k,
-                                            .rtol = 1e-14};
-        if (k > 0)
-            assert_int_equal(phys_simulate(&how, &ode, y, NULL, &error), AD_OK);
-        m->t[at + k] = t0 + dt * (double)k;
-        m->trial[at + k] = at == 0 ? 0 : m->trial[at - 1] + 1;
-        for (size_t i = 0; i < d; i++)
-            m->x[(at + k) * d + i] =
-                y[i] + (noise ? noise[i >= d / 2] * phys_random_normal(random) : 0);
-    }
-    phys_ode_free(&ode);
-    m->data = (struct phys_fit_data){
-        .size = sizeof(struct phys_fit_data), at + rows, m->t, m->trial, m->x};
-}
-
-static void forget_velocities(struct measured *m, size_t dof)
-{
-    for (size_t k = 0; k < m->data.n; k++)
-        for (size_t i = dof; i < 2 * dof; i++)
-            m->x[k * 2 * dof + i] = NAN;
-}
-
-static struct phys_fit fitted(const struct phys_system *system, const struct measured *m,
-                              const struct phys_fit_settings *how)
-{
-    struct phys_fit fit;
-    struct ad_error error = {0};
-    phys_fit_solve(system, &m->data, how, &fit, &error);
-    assert_string_equal(error.message, "");
-    return fit;
-}
 
 /* Root mean squares of the residuals of each component, by the definition. */
 static void assert_rms(const struct phys_fit *fit, const struct measured *m, size_t d)
@@ -258,36 +202,6 @@ static void stretches_join(void **state)
     phys_system_close(&system);
 }
 
-/* Angles of a chaotic double pendulum over 14 Lyapunov times: one stretch from the start would not
-   find it. */
-static void chaotic_motions_are_fitted(void **state)
-{
-    static const char *const names[] = {"l1", "m2", "g"};
-    static const double noise[] = {1e-3, 0}, truth[] = {1, 1, 1};
-    (void)state;
-    static struct measured m;
-    struct phys_random random;
-    struct phys_system system = system_opened("dblpend");
-    double start[4];
-    phys_random_seed(&random, 5);
-    system_start(&system, 1, start, start + 2);
-    memset(&m, 0, sizeof m);
-    add_trial(&m, &system, start, 0, 0.1, 300, noise, &random);
-    forget_velocities(&m, 2);
-    system_set(&system, "l1", 1.2);
-    system_set(&system, "m2", 0.7);
-    system_set(&system, "g", 1.15);
-    const struct phys_fit_settings how = {
-        .size = sizeof how, .n_free = 3, .free = names, .stretch = 10, .tries = 1};
-    struct phys_fit fit = fitted(&system, &m, &how);
-    for (size_t k = 0; k < 3; k++)
-        assert_true(fabs(fit.value[k] - truth[k]) < 4 * fit.deviation[k]);
-    assert_close(fit.noise[0], noise[0], 0.15, 0);
-    assert_true(fit.deviation[0] < 1e-3);
-    phys_fit_free(&fit);
-    phys_system_close(&system);
-}
-
 struct dragged {
     double k, drag;
 };
@@ -381,7 +295,6 @@ int main(void)
         cmocka_unit_test(what_the_data_cannot_tell_is_named),
         cmocka_unit_test(starts_of_the_scene_are_followed),
         cmocka_unit_test(stretches_join),
-        cmocka_unit_test(chaotic_motions_are_fitted),
         cmocka_unit_test(another_form_of_L_is_no_fit),
         cmocka_unit_test(misuse_is_refused),
     };
