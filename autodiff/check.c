@@ -2,6 +2,7 @@
    Ridders, "Accurate computation of F'(x) and F'(x)F''(x)", Adv. Eng. Softw. 4 (1982) 75: the error
    of a central difference is a series in h^2, so each row of Neville's scheme on halved steps
    removes one order, and neighbouring entries of the table show where rounding dominates. */
+#include "autodiff/ascending.h"
 #include "internal.h"
 #include "ascending.h"
 

@@ -1,5 +1,6 @@
 /* The error of packets (quantum.h): against closed forms, Schroedinger's equation, or, for an L
    without a separate potential, finer slices. */
+#include "physics/linear/vectors.h"
 #include "internal.h"
 #include "autodiff/sized.h"
 
@@ -20,11 +21,10 @@ static bool is_quadratic(const struct qm_grid *grid, const double *V, double mas
         v[k] = V[k * (n - 1) / 2];
     }
     double s = (v[1] - v[0]) / (x[1] - x[0]), r = (v[2] - v[1]) / (x[2] - x[1]);
-    double second = (r - s) / (x[2] - x[0]), first = s - second * (x[0] + x[1]), most = 0;
+    double second = (r - s) / (x[2] - x[0]), first = s - second * (x[0] + x[1]),
+           most = phys_largest(n, V);
     *V0 = v[0] - (first + second * x[0]) * x[0];
     *scene = (struct qm_quadratic){mass, 2 * second / mass, first / mass};
-    for (size_t a = 0; a < n; a++)
-        most = fmax(most, fabs(V[a]));
     for (size_t a = 0; a < n; a++) {
         double at = qm_x(grid, a);
         if (fabs(V[a] - *V0 - (first + second * at) * at) > 1e-11 * most)

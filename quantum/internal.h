@@ -2,6 +2,7 @@
 #ifndef QUANTUM_INTERNAL_H
 #define QUANTUM_INTERNAL_H
 
+#include "physics/system/internal.h"
 #include "quantum.h"
 
 /* Straight paths of one slice on a tape, a column a path. The start x_b is seen at s x_b + c: s =
@@ -22,9 +23,6 @@ enum ad_status qm_slice_check(const struct qm_slice *slice, struct ad_error *err
 
 /* The rule of a slice: its own, or trapezoid. */
 const struct phys_rule *qm_rule(const struct qm_slice *slice, struct ad_error *error);
-
-/* Hands a tape's error on. */
-enum ad_status qm_tape_status(const ad_tape *tape, struct ad_error *error);
 
 /* Actions [n] and mixed derivatives [n] of the paths from xb [n] to xa [n], not those of images. */
 enum ad_status qm_actions(const struct qm_slice *slice, size_t n, const double *xa,

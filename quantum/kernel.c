@@ -48,7 +48,7 @@ static enum ad_status compile(struct kernel *k, struct ad_error *error)
     k->re = ad_mul(amplitude, ad_cos(phase));
     k->im = ad_mul(amplitude, ad_sin(phase));
     ad_compile(k->paths.tape, 2, (ad_var[]){k->re, k->im}, &k->program);
-    if (qm_tape_status(k->paths.tape, error) == AD_OK)
+    if (phys_tape_status(k->paths.tape, error) == AD_OK)
         ad_set_threads(k->program, slice->threads);
     return error->status;
 }

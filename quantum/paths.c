@@ -4,12 +4,6 @@
 
 #include <math.h>
 
-enum ad_status qm_tape_status(const ad_tape *tape, struct ad_error *error)
-{
-    const struct ad_error *e = ad_tape_error(tape);
-    return e->status == AD_OK ? AD_OK : ad_fail(error, e->status, "%s", e->message);
-}
-
 const struct phys_rule *qm_rule(const struct qm_slice *slice, struct ad_error *error)
 {
     return slice->rule ? slice->rule : phys_rule_find("trapezoid", error);
@@ -139,7 +133,7 @@ enum ad_status qm_paths_record(const struct qm_slice *slice, size_t n, struct qm
     if (!paths->tape)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
     record(slice, &table, n, paths);
-    return qm_tape_status(paths->tape, error);
+    return phys_tape_status(paths->tape, error);
 }
 
 void qm_paths_free(struct qm_paths *paths)
@@ -156,7 +150,7 @@ enum ad_status qm_actions(const struct qm_slice *slice, size_t n, const double *
     if (qm_paths_record(slice, n, &paths, error) == AD_OK) {
         ad_var out[] = {paths.action, ad_broadcast(paths.mixed, 1, n)};
         ad_compile(paths.tape, 2, out, &program);
-        if (qm_tape_status(paths.tape, error) == AD_OK) {
+        if (phys_tape_status(paths.tape, error) == AD_OK) {
             ad_set(program, paths.xa, xa);
             ad_set(program, paths.xb, xb);
             ad_set(program, paths.s, (double[]){1});

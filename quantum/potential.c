@@ -34,7 +34,7 @@ static enum ad_status evaluate(const struct phys_system *system, struct look *at
             }
         }
     }
-    qm_tape_status(tape, error);
+    phys_tape_status(tape, error);
     ad_program_free(program);
     ad_tape_free(tape);
     return error->status;

@@ -2,6 +2,7 @@
    motion, over tolerances. CPU time contains the verification, and with the first path the
    recording of L, which the others have at hand; errors are against the motion by an adaptive
    integrator, which no rule of the action shares. */
+#include "physics/linear/vectors.h"
 #include "chart_paths.h"
 #include "physics/motion/motion.h"
 
@@ -48,14 +49,6 @@ static double *motion_at(const struct phys_system *system, double time, double r
     return motion;
 }
 
-static double largest(size_t n, const double *a, const double *b)
-{
-    double most = 0;
-    for (size_t k = 0; k < n; k++)
-        most = fmax(most, b ? fabs(a[k] - b[k]) : fabs(a[k]));
-    return most;
-}
-
 /* The row of a refined path. An error beyond its estimate and what the motion is known to is
  * missed.
  */
@@ -69,8 +62,8 @@ static enum ad_status add_row(struct chart *chart, struct sheet *sheet,
     double *motion = motion_at(system, problem->time, TIGHT, slices, error);
     double *rough = motion_at(system, problem->time, ROUGH, slices, error);
     if (error->status == AD_OK) {
-        double most = largest(n, refined->path, motion);
-        if (!(most <= level->estimate + largest(n, motion, rough)))
+        double most = phys_farthest(n, refined->path, motion);
+        if (!(most <= level->estimate + phys_farthest(n, motion, rough)))
             chart->missed = "a path errs by more than was estimated";
         sheet_row(sheet,
                   ROW(NAME(problem->scene), NAME("path"), NUMBER(tol), NAME(level->rule->name),
@@ -91,7 +84,7 @@ static enum ad_status measure(struct chart *chart, struct sheet *sheet,
 {
     struct phys_path_settings settings = phys_path_defaults(system);
     struct phys_refined refined[2] = {{0}}; /* the second has the recording of the first */
-    double seconds[2][ROUNDS], absolute = tol * largest(2 * system->dof, ends, NULL), median[2];
+    double seconds[2][ROUNDS], absolute = tol * phys_largest(2 * system->dof, ends), median[2];
     size_t rounds = chart->quick ? 1 : ROUNDS;
     settings.rule = NULL;
     settings.slices = 2;

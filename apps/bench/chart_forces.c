@@ -1,6 +1,7 @@
 /* Part of leastaction chart gradients: the accelerations of one state, each depending on those
    before as in a motion, beside hand-written C; and what a run of a program takes beyond its
    operations. CPU time. */
+#include "physics/linear/vectors.h"
 #include "chart.h"
 #include "apps/bench/hand/hand_forces.h"
 #include "apps/bench/measure/timing.h"
@@ -53,16 +54,6 @@ static void run_hand(void *context)
     }
 }
 
-static double apart(const double *a, const double *b, size_t n)
-{
-    double most = 0, size = 0;
-    for (size_t k = 0; k < n; k++) {
-        most = fmax(most, fabs(a[k] - b[k]));
-        size = fmax(size, fabs(b[k]));
-    }
-    return most / size;
-}
-
 static enum ad_status open_chain(const struct hand_force *hand, struct phys_system *system,
                                  struct chain *c, struct ad_error *error)
 {
@@ -95,7 +86,8 @@ static enum ad_status add_force(struct chart *chart, struct sheet *sheet,
         run_ours(&c);
         memcpy(ours, c.y, sizeof ours);
         run_hand(&c);
-        const double disagreement = apart(ours, c.y, 2 * (size_t)hand->dof);
+        const size_t n = 2 * (size_t)hand->dof;
+        const double disagreement = phys_farthest(n, ours, c.y) / phys_largest(n, c.y);
         if (c.error.status != AD_OK || !(disagreement < tolerance))
             chart->missed = "accelerations by the tape and by hand differ";
         sheet_row(sheet,

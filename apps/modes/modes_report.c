@@ -1,4 +1,5 @@
 /* Equilibria and modes: the report, a row a mode, and the picture of one mode. */
+#include "physics/linear/vectors.h"
 #include "apps/output/coordinates.h"
 #include "apps/output/unit.h"
 #include "modes.h"
@@ -183,9 +184,7 @@ static void place(const struct modes_run *run, const struct phys_mode *mode, dou
 {
     const size_t dof = run->system.dof;
     const double *q = run->found.one[run->drawn].q;
-    double size = 0;
-    for (size_t i = 0; i < dof; i++)
-        size = fmax(size, fabs(q[i]));
+    const double size = phys_largest(dof, q);
     const double amplitude = swing * (size > 0 ? size : 1);
     const bool free = mode->growth == 0 && mode->frequency == 0;
     const double grown = mode->growth > 0 ? exp(mode->growth * t - 3) : free ? t : 1;

@@ -1,6 +1,7 @@
 /* The picture of a wave packet (quantum.h): left its density over place and time, with the mean and
    the particle of the same Lagrangian; right the density now, over the start and the potential. A
    GIF shows the right side moving. */
+#include "physics/linear/vectors.h"
 #include "quantum.h"
 #include "apps/output/figure.h"
 #include "apps/output/unit.h"
@@ -68,14 +69,6 @@ static void density_name(const struct quantum_run *run, char name[64])
              *unit ? ")" : "");
 }
 
-static double largest(size_t n, const double *value)
-{
-    double most = 0;
-    for (size_t k = 0; k < n; k++)
-        most = fmax(most, value[k]);
-    return most;
-}
-
 static void carpet(struct figure *figure, const struct quantum_run *run, const struct axis *x)
 {
     const struct qm_run_result *result = &run->result;
@@ -95,7 +88,7 @@ static void carpet(struct figure *figure, const struct quantum_run *run, const s
     if (few) {
         figure_draw(figure, STYLE("#56b4e9", 0, 1.2, 0), "density",
                     "data index 0 using ($1+%.6g*$3):2",
-                    0.85 * apart / largest(samples * n, result->density));
+                    0.85 * apart / phys_largest(samples * n, result->density));
         quantum_motion(figure, 1, true);
     } else {
         quantum_carpet(figure, 0, 1, true);
@@ -152,7 +145,7 @@ static struct range potential_range(const struct qm_run_result *result, size_t n
                                     double energy)
 {
     struct range range = {energy, energy};
-    double most = largest(result->n * n, result->density);
+    double most = phys_largest(result->n * n, result->density);
     for (size_t k = 0; k < result->n * n; k++)
         if (result->density[k] > 1e-2 * most)
             range_widen(&range, V[k % n]);
@@ -228,9 +221,9 @@ enum ad_status quantum_picture(const void *context, struct plot *plot, struct ad
     struct range range = {0};
     if (known)
         range = potential_range(result, n, V, energy);
-    most = plot->animated ? largest(result->n * n, result->density)
-                          : fmax(largest(n, result->density),
-                                 largest(n, result->density + (result->n - 1) * n));
+    most = plot->animated ? phys_largest(result->n * n, result->density)
+                          : fmax(phys_largest(n, result->density),
+                                 phys_largest(n, result->density + (result->n - 1) * n));
     write_data(run, result, V, frames, plot->data);
     draw(run, &range, energy, most, frames, plot);
     free(V);

@@ -2,6 +2,7 @@
    share no column. Where y reads a variable through gathers and other views alone, rows share its
    columns but not the copies (observations that see one camera): backward, the derivatives by the
    copies take a run for each row of an observation, and add up to those by the variable. */
+#include "autodiff/ascending.h"
 #include "autodiff/free.h"
 #include "jacobian.h"
 
@@ -109,12 +110,6 @@ static bool find_variables(struct directions *d, ad_var y, size_t n, const ad_va
     return copies || take_variables(d, n, x);
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const uint32_t *x = a, *y = b;
-    return (*x > *y) - (*x < *y);
-}
-
 /* The pattern by the variables, from that by their copies. */
 static bool merge_copies(const struct pattern *by, const uint32_t *column, struct pattern *p)
 {
@@ -128,7 +123,7 @@ static bool merge_copies(const struct pattern *by, const uint32_t *column, struc
         for (size_t k = 0; k < n; k++)
             row[k] = column[by->col[by->start[r] + k]];
         if (n)
-            qsort(row, n, sizeof *row, ascending);
+            qsort(row, n, sizeof *row, ad_ascending_indices);
         for (size_t k = 0; k < n; k++)
             if (!k || row[k] != row[kept - 1])
                 row[kept++] = row[k];

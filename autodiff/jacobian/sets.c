@@ -1,5 +1,6 @@
 /* Sets of columns (jacobian.h). Most unions are of a set with itself or a subset, and make no new
    set. */
+#include "autodiff/ascending.h"
 #include "autodiff/free.h"
 #include "jacobian.h"
 
@@ -82,12 +83,6 @@ uint32_t ad_set_union(struct sets *s, uint32_t a, uint32_t b)
     return known->both;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const uint32_t *x = a, *y = b;
-    return (*x > *y) - (*x < *y);
-}
-
 uint32_t ad_set_union_all(struct sets *s, size_t n, const uint32_t of[])
 {
     uint32_t one = 0;
@@ -111,7 +106,7 @@ uint32_t ad_set_union_all(struct sets *s, size_t n, const uint32_t of[])
                 s->stamp[s->items[i]] = s->epoch;
                 to[count++] = s->items[i];
             }
-    qsort(to, count, sizeof *to, ascending);
+    qsort(to, count, sizeof *to, ad_ascending_indices);
     for (size_t k = 0; k < n; k++)
         if (of[k] && size_of(s, of[k]) == count)
             return of[k];

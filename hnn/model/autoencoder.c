@@ -97,7 +97,7 @@ static enum ad_status run(const hnn_model *model, bool encode, size_t samples, c
     ad_var y =
         encode ? hnn_record_encode(model, parameters, x) : hnn_record_decode(model, parameters, x);
     ad_compile(tape, 1, &y, &program);
-    if (hnn_tape_status(tape, error) == AD_OK) {
+    if (phys_tape_status(tape, error) == AD_OK) {
         memcpy(ad_data(program, parameters), model->parameters, model->size * hnn_type_bytes(type));
         ad_set(program, x, from);
         ad_run(program);

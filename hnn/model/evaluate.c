@@ -57,7 +57,7 @@ static enum ad_status evaluator_new(const hnn_model *model, size_t samples,
     e->samples = samples;
     e->type = model->evaluate_in;
     record(e, model);
-    if (hnn_tape_status(e->tape, error) != AD_OK)
+    if (phys_tape_status(e->tape, error) != AD_OK)
         hnn_evaluator_free(e);
     else
         *out = e;

@@ -96,13 +96,6 @@ ad_var hnn_record_force(const hnn_model *model, ad_var parameters, ad_var x)
     return ad_mul(product(model, parameters, x, u), column(x.tape, s->dof, unit + s->dof, false));
 }
 
-static ad_var gradient(ad_var scalar, ad_var x)
-{
-    ad_var g = x;
-    ad_grad(scalar, 1, &x, &g);
-    return g;
-}
-
 /* (q, p) -> (p, -q) on the rows of a gradient. */
 static ad_var symplectic(ad_var g, size_t n)
 {
@@ -136,10 +129,10 @@ static void record_hamiltonian(const hnn_model *model, ad_var parameters, ad_var
     if (s->separable)
         out = ad_add(out, hnn_record_network(model, &model->net[1], parameters, in));
     if (s->field != HNN_SYMPLECTIC)
-        plain = ad_slice_rows(gradient(scaled(model, ad_row(out, 0)), x), 0, 2 * s->dof);
+        plain = ad_slice_rows(hnn_gradient(scaled(model, ad_row(out, 0)), x), 0, 2 * s->dof);
     if (s->field != HNN_CONSERVATIVE) {
         r->energy = ad_label(scaled(model, ad_row(out, s->field == HNN_BOTH)), "H");
-        r->field = symplectic(gradient(r->energy, x), s->dof);
+        r->field = symplectic(hnn_gradient(r->energy, x), s->dof);
     }
     if (s->field == HNN_CONSERVATIVE)
         r->field = plain;
@@ -148,7 +141,7 @@ static void record_hamiltonian(const hnn_model *model, ad_var parameters, ad_var
     if (s->dissipation) {
         out = hnn_record_network(model, &model->net[1 + s->separable], parameters, in);
         r->dissipation = ad_label(scaled(model, out), "D");
-        r->field = ad_sub(r->field, ad_slice_rows(gradient(r->dissipation, x), 0, 2 * s->dof));
+        r->field = ad_sub(r->field, ad_slice_rows(hnn_gradient(r->dissipation, x), 0, 2 * s->dof));
     }
     if (s->controls) {
         ad_var push = hnn_record_force(model, parameters, x);
@@ -196,10 +189,11 @@ ad_var hnn_record_lagrangian(const hnn_model *model, ad_var parameters, ad_var x
     size_t n = model->settings.dof;
     if (model->settings.lattice)
         return hnn_lattice_lagrangian(model, parameters, x, r);
-    ad_var v = ad_slice_rows(x, n, n), L = hnn_record_L(model, parameters, x), by = gradient(L, x);
+    ad_var v = ad_slice_rows(x, n, n), L = hnn_record_L(model, parameters, x),
+           by = hnn_gradient(L, x);
     ad_var p = ad_slice_rows(by, n, n), mass[HNN_LAGRANGIAN_MOST], along[HNN_LAGRANGIAN_MOST];
     for (size_t k = 0; k < n; k++) {
-        ad_var row = gradient(ad_row(p, k), x);
+        ad_var row = hnn_gradient(ad_row(p, k), x);
         along[k] = ad_sum_rows(ad_mul(ad_slice_rows(row, 0, n), v));
         if (model->settings.time)
             along[k] = ad_add(along[k], ad_row(row, 2 * n));

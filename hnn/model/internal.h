@@ -14,6 +14,7 @@
 #include "hnn/hnn.h"
 #include "physics/io/random.h"
 #include "physics/io/hdf5_file.h"
+#include "physics/system/internal.h"
 
 #define LENGTH(a) (sizeof(a) / sizeof(a)[0])
 
@@ -83,16 +84,16 @@ static inline char hnn_letter(const hnn_model *model, size_t k)
 {
     return k < model->settings.dof ? 'q' : model->settings.kind == HNN_LAGRANGIAN ? 'v' : 'p';
 }
+/* d scalar / dx, recorded; x where the tape has an error. */
+static inline ad_var hnn_gradient(ad_var scalar, ad_var x)
+{
+    ad_var g = x;
+    ad_grad(scalar, 1, &x, &g);
+    return g;
+}
 static inline size_t hnn_type_bytes(enum ad_type type)
 {
     return type == AD_F32 ? sizeof(float) : sizeof(double);
-}
-
-/* Hands a tape's error, if it has one, on to `error`. */
-static inline enum ad_status hnn_tape_status(const ad_tape *tape, struct ad_error *error)
-{
-    const struct ad_error *e = ad_tape_error(tape);
-    return e->status == AD_OK ? AD_OK : ad_fail(error, e->status, "%s", e->message);
 }
 
 /* Index of `name` in a NULL-terminated table; AD_E_ARGUMENT, naming the nearest, if it is not

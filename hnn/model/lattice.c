@@ -73,13 +73,6 @@ ad_var hnn_lattice_rates(const hnn_model *model, ad_var parameters, ad_var x)
     return rows_of(network(model, parameters, ad_concat_rows(4, site)), x);
 }
 
-static ad_var gradient(ad_var scalar, ad_var x)
-{
-    ad_var g = x;
-    ad_grad(scalar, 1, &x, &g);
-    return g;
-}
-
 /* M a = L_q - L_vq v as in field.c, L_vv being diagonal: of each site l(q, v, d), d = q_next - q,
    M = l_vv and (L_vq v) = l_vq v + l_vd (v_next - v). */
 ad_var hnn_lattice_lagrangian(const hnn_model *model, ad_var parameters, ad_var x,
@@ -92,7 +85,7 @@ ad_var hnn_lattice_lagrangian(const hnn_model *model, ad_var parameters, ad_var 
     ad_var l = ad_add(ad_mul(0.5 * unit, ad_square(speed)), network(model, parameters, site));
     l = s->energy == 1 ? l : ad_mul(s->energy, l);
     ad_var L = ad_label(ad_sum_rows(rows_of(l, x)), "L");
-    ad_var p = ad_row(gradient(l, site), 1), second = gradient(p, site);
+    ad_var p = ad_row(hnn_gradient(l, site), 1), second = hnn_gradient(p, site);
     ad_var rates = sites(model, ad_concat_rows(2, (ad_var[]){v, ad_mul(0.0, v)}));
     ad_var along = ad_add(ad_mul(ad_row(second, 0), ad_row(rates, 0)),
                           ad_mul(ad_row(second, 2), ad_row(rates, 2)));
@@ -100,7 +93,7 @@ ad_var hnn_lattice_lagrangian(const hnn_model *model, ad_var parameters, ad_var 
     along = rows_of(along, x);
     size_t wall = ad_rows(M) - n;
     M = ad_label(ad_slice_rows(M, wall, n), "L_vv");
-    ad_var push = ad_sub(ad_slice_rows(gradient(L, x), 0, n), ad_slice_rows(along, wall, n));
+    ad_var push = ad_sub(ad_slice_rows(hnn_gradient(L, x), 0, n), ad_slice_rows(along, wall, n));
     r->field = ad_concat_rows(2, (ad_var[]){v, ad_div(push, M)});
     r->energy = ad_label(ad_sub(ad_sum_rows(rows_of(ad_mul(p, speed), x)), L), "H");
     return M;

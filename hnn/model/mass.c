@@ -98,7 +98,7 @@ enum ad_status hnn_model_mass(const hnn_model *model, size_t n, const double *x,
             ad_set(program, w, values);
             follow(model, n, x, program, in, out, work, mass);
         }
-        hnn_tape_status(tape, error);
+        phys_tape_status(tape, error);
     } else {
         ad_fail(error, AD_E_MEMORY, "out of memory");
     }

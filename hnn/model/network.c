@@ -76,7 +76,7 @@ enum ad_status hnn_probe(const hnn_model *model, const double *parameters, size_
             ad_run(program);
             ad_get(program, out, field);
         }
-        hnn_tape_status(tape, error);
+        phys_tape_status(tape, error);
     } else {
         ad_fail(error, AD_E_MEMORY, "out of memory");
     }

@@ -38,13 +38,6 @@ static size_t parameters_of(const hnn_model *model)
 
 /* ---- L ---- */
 
-static ad_var gradient(ad_var scalar, ad_var x)
-{
-    ad_var g = x;
-    ad_grad(scalar, 1, &x, &g);
-    return g;
-}
-
 /* (q, p or v) and the inputs `u`, where there are some. */
 static ad_var with_inputs(const struct learnt *l, ad_var q, ad_var p, ad_var u)
 {
@@ -66,9 +59,9 @@ static ad_var hamiltonian(const struct at *a, ad_var p)
 static ad_var correction(const struct at *a, ad_var p)
 {
     size_t n = a->of->scene.dof;
-    ad_var by = gradient(hamiltonian(a, p), p), row[HNN_LAGRANGIAN_MOST];
+    ad_var by = hnn_gradient(hamiltonian(a, p), p), row[HNN_LAGRANGIAN_MOST];
     for (size_t k = 0; k < n; k++)
-        row[k] = gradient(ad_row(by, k), p);
+        row[k] = hnn_gradient(ad_row(by, k), p);
     ad_var off = ad_sub(by, a->v);
     return n == 1 ? ad_div(off, row[0]) : ad_solve(ad_concat_rows(n, row), off, AD_LU);
 }

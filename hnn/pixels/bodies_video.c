@@ -1,5 +1,6 @@
 /* Frames of bodies that attract each other in a plane (pixels.h): a disc each, which is a rod
    without a length whose pivot is the body. */
+#include "physics/linear/vectors.h"
 #include "frames.h"
 #include "hnn/tasks/task.h"
 
@@ -11,10 +12,7 @@ static const double radius = 0.15; /* of a disc, in halves of the frame */
 /* Half the side of the square that all positions and their discs lie in. */
 static double half_of(const struct hnn_task *task, const struct hnn_observations *o)
 {
-    double most = 0;
-    for (size_t k = 0; k < task->dof * o->rows; k++)
-        most = fmax(most, fabs(o->values[k]));
-    return most / (1 - radius);
+    return phys_largest(task->dof * o->rows, o->values) / (1 - radius);
 }
 
 /* Adds the disc of a body at (x, y), no pixel over 1. */

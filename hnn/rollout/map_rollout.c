@@ -31,7 +31,7 @@ static enum ad_status compile(const hnn_model *model, double dt, struct map *m,
             m->out[back] = hnn_record_map(model, w, m->x[back], h, back);
             ad_compile(m->tape, 1, &m->out[back], &m->program[back]);
         }
-        hnn_tape_status(m->tape, error);
+        phys_tape_status(m->tape, error);
     } else {
         ad_fail(error, AD_E_MEMORY, "out of memory");
     }

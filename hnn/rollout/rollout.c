@@ -1,6 +1,7 @@
 /* Follows a model's motion (rollout.h). Fixed steps divide the intervals between outputs evenly, so
    that outputs are steps and the way back takes the same ones; adaptive steps ignore outputs, which
    are interpolated. */
+#include "physics/linear/vectors.h"
 #include "rollout.h"
 #include "autodiff/sized.h"
 
@@ -179,14 +180,6 @@ static enum ad_status prepare(struct motion *m, const double *x0)
     return phys_typical_sizes(m->ode, s->t[0], x0, m->y + states, m->error);
 }
 
-static double distance(size_t n, const double *a, const double *b)
-{
-    double sum = 0;
-    for (size_t k = 0; k < n; k++)
-        sum += (a[k] - b[k]) * (a[k] - b[k]);
-    return sqrt(sum);
-}
-
 static enum ad_status follow(struct motion *m, const double *x0)
 {
     const struct hnn_rollout_settings *s = m->settings;
@@ -200,7 +193,7 @@ static enum ad_status follow(struct motion *m, const double *x0)
         return m->error->status;
     if (backwards(m, t1, at, before, s->n) == AD_OK &&
         (s->add == 0 || climb(m, -s->add) == AD_OK) && backwards(m, at, t0, 1, before) == AD_OK)
-        m->info->reversal_error = distance(m->ode->n, m->y, x0);
+        m->info->reversal_error = phys_distance(m->ode->n, m->y, x0);
     return m->error->status;
 }
 

@@ -118,7 +118,7 @@ enum ad_status hnn_loss_evaluator_new(struct hnn_loss_evaluator *s, const hnn_mo
     s->target = hnn_record_samples(s->tape, by_rows, data->target_rows, s->piece, "target");
     s->losses = hnn_record_losses(model, training, s->parameters, s->x, s->target);
     ad_compile(s->tape, 1, &s->losses, &s->program);
-    if (hnn_tape_status(s->tape, error) != AD_OK)
+    if (phys_tape_status(s->tape, error) != AD_OK)
         return error->status;
     ad_set_threads(s->program, training->threads ? training->threads : 1);
     if (s->piece == data->n)

@@ -44,7 +44,7 @@ static enum ad_status losses_of(const hnn_model *model, const struct hnn_trainin
             ad_run(program);
             ad_get(program, out, losses);
         }
-        hnn_tape_status(tape, error);
+        phys_tape_status(tape, error);
     } else {
         ad_fail(error, AD_E_MEMORY, "out of memory");
     }

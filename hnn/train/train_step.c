@@ -74,7 +74,7 @@ enum ad_status hnn_problem_new(struct hnn_problem *p, const hnn_model *model,
         return ad_fail(error, AD_E_MEMORY, "out of memory for a batch of %zu samples", p->batch);
     record(p, model, training);
     ad_compile(p->tape, 2, (ad_var[]){p->loss, p->gradient}, &p->program);
-    if (hnn_tape_status(p->tape, error) != AD_OK)
+    if (phys_tape_status(p->tape, error) != AD_OK)
         return error->status;
     ad_set_threads(p->program, training->threads ? training->threads : 1);
     if (!p->drawn && p->blocks == 1)

@@ -1,26 +1,17 @@
 /* Linear least squares by Householder's QR and one-sided Jacobi rotations of R, which keep small
    singular values exact (Demmel and Veselic, SIAM J. Matrix Anal. Appl. 13, 1992). */
+#include "physics/linear/vectors.h"
 #include "internal.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
-static double length_of(size_t n, const double *x, size_t stride)
-{
-    double largest = 0, sum = 0;
-    for (size_t k = 0; k < n; k++)
-        largest = fmax(largest, fabs(x[k * stride]));
-    for (size_t k = 0; k < n && largest > 0; k++)
-        sum += (x[k * stride] / largest) * (x[k * stride] / largest);
-    return largest * sqrt(sum);
-}
-
 /* J becomes R in its first n rows, r becomes Q^T r. */
 static void triangulate(size_t rows, size_t n, double *J, double *r)
 {
     for (size_t k = 0; k < n && k < rows; k++) {
-        double *column = J + k * n + k, length = length_of(rows - k, column, n);
+        double *column = J + k * n + k, length = phys_scaled_norm(rows - k, column, n);
         if (length == 0)
             continue;
         const double head = column[0] > 0 ? -length : length, pivot = column[0] - head;
@@ -92,7 +83,7 @@ enum ad_status phys_squares_new(size_t rows, size_t n, double *J, double *r, str
     q->V = q->u_r + n;
     double *W = q->V + n * n;
     for (size_t k = 0; k < n; k++) {
-        const double length = length_of(rows, J + k, n);
+        const double length = phys_scaled_norm(rows, J + k, n);
         q->scale[k] = length > 0 ? length : 1;
         for (size_t i = 0; i < rows; i++)
             J[i * n + k] /= q->scale[k];
@@ -107,7 +98,7 @@ enum ad_status phys_squares_new(size_t rows, size_t n, double *J, double *r, str
     }
     rotate(n, W, q->V);
     for (size_t k = 0; k < n; k++)
-        q->s[k] = length_of(n, W + k * n, 1);
+        q->s[k] = phys_scaled_norm(n, W + k * n, 1);
     for (size_t k = 0; k < n; k++) {
         size_t most = k;
         for (size_t j = k + 1; j < n; j++)

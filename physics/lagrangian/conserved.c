@@ -1,4 +1,5 @@
 /* Quantities that a Lagrangian conserves (conserved.h). */
+#include "physics/linear/vectors.h"
 #include "conserved.h"
 #include "constraints.h"
 
@@ -86,9 +87,7 @@ static bool is_zero(const double rate[3], double parts)
 static void move_aside(size_t dof, size_t place, const double *x, double *y)
 {
     for (size_t half = 0; half < 2; half++) {
-        double size = 0;
-        for (size_t k = half * dof; k < (half + 1) * dof; k++)
-            size = fmax(size, fabs(x[k]));
+        const double size = phys_largest(dof, x + half * dof);
         for (size_t k = half * dof; k < (half + 1) * dof; k++)
             y[k] = x[k] + 0.1 * (size > 0 ? size : 1) * sin(1.7 * (double)(k + 31 * place) + 0.3);
     }

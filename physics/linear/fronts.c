@@ -1,4 +1,5 @@
 /* Elimination by fronts (fronts.h). */
+#include "autodiff/ascending.h"
 #include "fronts.h"
 #include "autodiff/free.h"
 #include "linear.h"
@@ -50,12 +51,6 @@ void phys_fronts_next(struct phys_fronts *f)
 
 /* ---- rows ---- */
 
-static int ascending(const void *a, const void *b)
-{
-    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return x < y ? -1 : x > y;
-}
-
 /* Takes a position among the rows of front k, once. */
 static void take(struct phys_fronts *f, size_t k, uint32_t position)
 {
@@ -99,7 +94,7 @@ static bool find_rows(struct phys_fronts *f, size_t k, uint32_t *list, phys_fron
         for (size_t c = 0; c < from->rows; c++)
             take(f, k, f->row[from->row + c]);
     }
-    qsort(f->row + front->row, front->rows, sizeof *f->row, ascending);
+    qsort(f->row + front->row, front->rows, sizeof *f->row, ad_ascending_indices);
     f->rows += front->rows;
     if (front->rows > 0) {
         struct phys_front *parent = &f->front[f->of[f->row[front->row]]];
@@ -144,7 +139,7 @@ size_t phys_fronts_place(const struct phys_fronts *f, size_t i, size_t j)
     size_t column = by - front->first;
     if (by >= end) {
         const uint32_t *row = f->row + front->row;
-        const uint32_t *found = bsearch(&by, row, front->rows, sizeof by, ascending);
+        const uint32_t *found = bsearch(&by, row, front->rows, sizeof by, ad_ascending_indices);
         column = front->pivots + (size_t)(found - row);
     }
     return front->at + column * front->pivots + at - front->first;

@@ -2,6 +2,7 @@
    Math. Appl. 13, 1974); the order is that of Cuthill and McKee (Proc. 24th ACM Conf., 1969) from
    an end of each component found as by Gibbs, Poole and Stockmeyer (SIAM J. Numer. Anal. 13, 1976),
    where it gives a narrower band than the columns as they are. */
+#include "autodiff/ascending.h"
 #include "pattern.h"
 #include "autodiff/free.h"
 
@@ -10,19 +11,13 @@
 
 /* ---- entries ---- */
 
-static int ascending(const void *a, const void *b)
-{
-    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return x < y ? -1 : x > y;
-}
-
 /* Sorts the rows of each column, and keeps one of equals. */
 static void sort_rows(struct phys_pattern *p)
 {
     size_t to = 0, from = 0;
     for (size_t j = 0; j < p->n; j++) {
         const size_t end = p->start[j + 1];
-        qsort(p->row + from, end - from, sizeof *p->row, ascending);
+        qsort(p->row + from, end - from, sizeof *p->row, ad_ascending_indices);
         p->start[j] = to;
         for (; from < end; from++)
             if (to == p->start[j] || p->row[to - 1] != p->row[from])
@@ -213,7 +208,8 @@ bool phys_pattern_has(const struct phys_pattern *pattern, size_t i, size_t j)
 {
     const uint32_t row = (uint32_t)i;
     const size_t start = pattern->start[j], end = pattern->start[j + 1];
-    return bsearch(&row, pattern->row + start, end - start, sizeof row, ascending) != NULL;
+    return bsearch(&row, pattern->row + start, end - start, sizeof row, ad_ascending_indices) !=
+           NULL;
 }
 
 void phys_pattern_free(struct phys_pattern *pattern)

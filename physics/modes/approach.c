@@ -1,6 +1,7 @@
 /* Steps to an equilibrium (search.h): the sum of squares of the forces L_q(q, 0) is made less by
    steps of Levenberg's and Marquardt's kind, along the eigenvectors of L_qq, so that directions
    without a force take no part. */
+#include "physics/linear/vectors.h"
 #include "search.h"
 #include "physics/linear/linear.h"
 
@@ -34,24 +35,6 @@ bool phys_equilibrium_evaluate(struct search *s, const double *y)
     return true;
 }
 
-/* Of numbers whose squares may be too small for a double. */
-double phys_equilibrium_length(size_t n, const double *x)
-{
-    const double most = phys_equilibrium_largest(n, x);
-    double sum = 0;
-    for (size_t i = 0; i < n && most > 0; i++)
-        sum += x[i] / most * (x[i] / most);
-    return most * sqrt(sum);
-}
-
-double phys_equilibrium_largest(size_t n, const double *x)
-{
-    double most = 0;
-    for (size_t i = 0; i < n; i++)
-        most = fmax(most, fabs(x[i]));
-    return most;
-}
-
 bool phys_equilibrium_decompose(struct search *s)
 {
     const size_t n = s->n;
@@ -83,7 +66,7 @@ static double set_step(struct search *s, double damping)
         for (size_t i = 0; i < n; i++)
             s->step[i] += by * s->vector[k * n + i];
     }
-    return phys_equilibrium_largest(n, s->step);
+    return phys_largest(n, s->step);
 }
 
 /* Of the force in directions in which it does not change. */
@@ -103,13 +86,12 @@ bool phys_equilibrium_approach(struct search *s, double *off)
     double damping = 0, before = INFINITY;
     if (!phys_equilibrium_evaluate(s, s->y))
         return false;
-    const bool flat = phys_equilibrium_largest(n * n, s->turn) == 0;
+    const bool flat = phys_largest(n * n, s->turn) == 0;
     for (size_t count = 0; count < STEPS; count++) {
         if (!phys_equilibrium_decompose(s))
             return false;
-        const double newton = set_step(s, 0), size = phys_equilibrium_length(n, s->force);
-        const bool near =
-            newton <= converged && (flat || phys_equilibrium_largest(n * n, s->turn) > 0);
+        const double newton = set_step(s, 0), size = phys_scaled_norm(n, s->force, 1);
+        const bool near = newton <= converged && (flat || phys_largest(n * n, s->turn) > 0);
         if (near && (newton <= finest || newton > 0.9 * before)) {
             *off = newton;
             return !force_remains(s);
@@ -121,7 +103,7 @@ bool phys_equilibrium_approach(struct search *s, double *off)
             for (size_t i = 0; i < n; i++)
                 s->next[i] = s->y[i] + share * s->step[i];
             if (phys_equilibrium_evaluate(s, s->next) &&
-                (phys_equilibrium_length(n, s->force) < size || near))
+                (phys_scaled_norm(n, s->force, 1) < size || near))
                 break;
             if (step == 0 || tries == 60)
                 return false;
@@ -129,7 +111,7 @@ bool phys_equilibrium_approach(struct search *s, double *off)
         }
         damping = damping < 1e-6 ? 0 : 0.2 * damping;
         memcpy(s->y, s->next, n * sizeof *s->y);
-        if (phys_equilibrium_largest(n, s->y) > escaped)
+        if (phys_largest(n, s->y) > escaped)
             return false;
     }
     return false;
@@ -155,7 +137,7 @@ void phys_equilibrium_descend(struct search *s)
             for (size_t i = 0; i < n; i++)
                 s->step[i] += s->vector[k * n + i] * s->along[k] /
                               (fabs(s->value[k]) + damping * most + DBL_MIN);
-        const double step = phys_equilibrium_largest(n, s->step),
+        const double step = phys_largest(n, s->step),
                      share = step > longest_step / 5 ? longest_step / 5 / step : 1;
         for (size_t i = 0; i < n; i++)
             s->next[i] = s->y[i] + share * s->step[i];
@@ -167,7 +149,7 @@ void phys_equilibrium_descend(struct search *s)
         } else {
             damping *= 8;
         }
-        if (step < 1e-4 || damping > 1e6 || phys_equilibrium_largest(n, s->y) > escaped)
+        if (step < 1e-4 || damping > 1e6 || phys_largest(n, s->y) > escaped)
             return;
     }
 }

@@ -1,5 +1,6 @@
 /* Equilibria from many starts: the box they are drawn in, what each leads to, and which are the
    same (modes.h). */
+#include "physics/linear/vectors.h"
 #include "autodiff/sized.h"
 #include "search.h"
 #include "autodiff/ascending.h"
@@ -36,8 +37,8 @@ static bool is_angle(struct search *s, size_t i)
             s->next[i] += turns[k] / s->size[i];
             if (!phys_equilibrium_evaluate(s, s->next))
                 return false;
-            kept[k][0] = phys_equilibrium_length(n, s->force) + s->force[i];
-            kept[k][1] = phys_equilibrium_length(n * n, s->turn) + s->turn[i * n + i];
+            kept[k][0] = phys_scaled_norm(n, s->force, 1) + s->force[i];
+            kept[k][1] = phys_scaled_norm(n * n, s->turn, 1) + s->turn[i * n + i];
         }
         const double scale = fabs(kept[0][0]) + fabs(kept[0][1]) + fabs(kept[2][0]);
         for (size_t k = 0; k < 2; k++) {
@@ -149,10 +150,8 @@ static enum ad_status set_box(struct search *s, struct ad_error *error)
     /* a start that the parameters do not have leaves the box about 0 */
     if (s->system->scene->start &&
         s->system->scene->start(s->system->params, how->seed, s->middle, s->next, &none) == AD_OK &&
-        isfinite(phys_equilibrium_largest(n, s->middle)))
-        width = phys_equilibrium_largest(n, s->middle) > 0
-                    ? 1.5 * phys_equilibrium_largest(n, s->middle)
-                    : 1;
+        isfinite(phys_largest(n, s->middle)))
+        width = phys_largest(n, s->middle) > 0 ? 1.5 * phys_largest(n, s->middle) : 1;
     else
         memset(s->middle, 0, n * sizeof *s->middle);
     for (size_t i = 0; i < n; i++) {
@@ -192,7 +191,7 @@ static void survey(struct search *s)
         for (size_t i = 0; i < s->n; i++)
             s->next[i] = 2 * phys_random_uniform(&random) - 1;
         if (phys_equilibrium_evaluate(s, s->next))
-            forces[n++] = phys_equilibrium_length(s->n, s->force);
+            forces[n++] = phys_scaled_norm(s->n, s->force, 1);
     }
     qsort(forces, n, sizeof *forces, ad_ascending);
     s->typical = n ? forces[n / 2] : 0;

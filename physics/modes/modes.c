@@ -1,5 +1,6 @@
 /* Small oscillations about an equilibrium: eigenvalues of s^2 M + s G + K, with what their digits
    are known to. */
+#include "physics/linear/vectors.h"
 #include "internal.h"
 #include "autodiff/free.h"
 #include "physics/linear/linear.h"
@@ -29,14 +30,6 @@ struct problem {
     bool positive; /* M is */
     bool turning;  /* G is not zero */
 };
-
-static double largest(size_t n, const double *a)
-{
-    double most = 0;
-    for (size_t k = 0; k < n; k++)
-        most = fmax(most, fabs(a[k]));
-    return most;
-}
 
 static bool evaluate(struct problem *p, struct phys_curvature *c, const double *q,
                      struct matrices *into)
@@ -91,8 +84,8 @@ static bool fill(struct problem *p, struct phys_curvature *c, const double *q)
             p->changed[d].K[k] -= p->at.K[k];
         }
     }
-    const double mass = largest(square, p->at.M), stiffness = largest(square, p->at.K),
-                 turning = largest(square, p->at.G);
+    const double mass = phys_largest(square, p->at.M), stiffness = phys_largest(square, p->at.K),
+                 turning = phys_largest(square, p->at.G);
     p->turning = turning > 1e-13 * sqrt(mass * stiffness);
     p->unit = fmin(stiffness > 0 ? sqrt(mass / stiffness) : INFINITY,
                    p->turning ? mass / turning : INFINITY);

@@ -36,7 +36,5 @@ bool phys_equilibrium_is_smooth(struct search *s);
 /* How far the place may be off, in s->step: Newton's next step, and the rounding of the forces
    against their change, which is little where the equilibrium is degenerate. */
 void phys_equilibrium_doubt(struct search *s, double off);
-double phys_equilibrium_length(size_t n, const double *x);
-double phys_equilibrium_largest(size_t n, const double *x);
 
 #endif

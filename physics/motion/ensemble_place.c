@@ -1,4 +1,5 @@
 /* A member of an ensemble in a place (ensemble_place.h): its start, its samples, its result. */
+#include "physics/linear/vectors.h"
 #include "ensemble_place.h"
 #include "autodiff/ascending.h"
 #include "autodiff/free.h"
@@ -7,16 +8,6 @@
 #include <math.h>
 
 static const double finer = 1e-2, least_tolerance = 1e-16, caution = 2;
-
-static double length(size_t n, const double *a, const double *b)
-{
-    double sum = 0;
-    for (size_t k = 0; k < n; k++) {
-        double d = a[k] - (b ? b[k] : 0);
-        sum += d * d;
-    }
-    return sqrt(sum);
-}
 
 /* ---- the ends of steps ---- */
 
@@ -71,7 +62,7 @@ static bool compare_tracks(struct ensemble_place *place, double t, const double 
     double *mine = place->x + 2 * dof * place->task->ensemble->n_times;
     if (phys_ode_leave(&place->solution.ode, t, y, mine, mine + dof, &place->solving.lost) != AD_OK)
         return false;
-    const double apart = length(dof, x + 1, mine);
+    const double apart = phys_distance(dof, x + 1, mine);
     place->apart = apart <= place->apart ? place->apart : apart;
     place->tracked++;
     return true;
@@ -245,8 +236,8 @@ static double size_of_track(size_t dof, const struct ensemble_track *track)
     double size = 0, before = 0;
     for (size_t i = 0; i < track->n; i++) {
         const double *x = track->x + i * (1 + 2 * dof);
-        size = fmax(size, length(dof, x + 1, NULL));
-        size = fmax(size, length(dof, x + 1 + dof, NULL) * (x[0] - before));
+        size = fmax(size, phys_norm(dof, x + 1));
+        size = fmax(size, phys_norm(dof, x + 1 + dof) * (x[0] - before));
         before = x[0];
     }
     return size;
@@ -268,14 +259,14 @@ static void estimate_error(struct ensemble_place *place)
             break;
         if (j >= n && cut)
             break;
-        double apart = length(e->dof, a, b);
+        double apart = phys_distance(e->dof, a, b);
         most = apart <= most ? most : apart;
-        size = fmax(size, length(e->dof, a, NULL));
+        size = fmax(size, phys_norm(e->dof, a));
     }
     const struct phys_crossed *c = &member->crossed, *fine = &place->solution.crossed;
     if (cut && c->n > 0 && c->n == fine->n)
-        most = fmax(most, length(e->dof, c->x + (c->n - 1) * 2 * e->dof,
-                                 fine->x + (c->n - 1) * 2 * e->dof));
+        most = fmax(most, phys_distance(e->dof, c->x + (c->n - 1) * 2 * e->dof,
+                                        fine->x + (c->n - 1) * 2 * e->dof));
     double error = caution * most + DBL_EPSILON * size;
     member->error =
         place->error.status == AD_OK && !place->blind && error <= PHYS_MOTION_LOST * size

@@ -1,4 +1,5 @@
 /* Functions common to all vector fields. */
+#include "physics/linear/vectors.h"
 #include "internal.h"
 #include "physics/lagrangian/mass.h"
 #include "physics/action/units.h"
@@ -89,14 +90,6 @@ bool phys_ode_coupling(const struct phys_ode *ode, struct phys_pattern *coupling
     return memory && phys_pattern_new(coupling, ode->n, NULL);
 }
 
-static double largest(size_t n, const double *x)
-{
-    double most = 0;
-    for (size_t k = 0; k < n; k++)
-        most = fmax(most, fabs(x[k]));
-    return most;
-}
-
 /* The size to which a fall from rest through a length x brings the second half of y = (q, v) or
    (q, p): the rate u of that half, for a time with x = a time^2, where a is |q'| when the half is
    u. Not at q itself, which may be an equilibrium, but nearer to the origin, as if the force grew
@@ -116,10 +109,10 @@ static double size_of_fall(const struct phys_ode *ode, double t, const double *y
     for (size_t k = 0; k < half; k++)
         z[k] = nearer * y[k];
     if (ode->field(ode->context, t, z, rate, &ignored) == AD_OK) {
-        double u = largest(half, rate + half);
+        double u = phys_largest(half, rate + half);
         memcpy(z + half, rate + half, half * sizeof *z);
         if (ode->field(ode->context, t, z, rate, &ignored) == AD_OK)
-            size = u * sqrt(x / (nearer * largest(half, rate)));
+            size = u * sqrt(x / (nearer * phys_largest(half, rate)));
     }
     free(z);
     return isfinite(size) ? size : 0;
@@ -187,8 +180,8 @@ enum ad_status phys_typical_sizes(const struct phys_ode *ode, double t, const do
     if (ode->field(ode->context, t, y, scale, error) != AD_OK)
         return error->status;
     /* where one half is zero, its size follows from its rate and the other half's clock */
-    double x = largest(first, y), v = largest(second, y + first);
-    double x_rate = largest(first, scale), v_rate = largest(second, scale + first);
+    double x = phys_largest(first, y), v = phys_largest(second, y + first);
+    double x_rate = phys_largest(first, scale), v_rate = phys_largest(second, scale + first);
     double x_size = x > 0 ? x : v_rate > 0 ? x_rate * v / v_rate : 1;
     double v_size = x > 0 && halves ? fmax(v, size_of_fall(ode, t, y, x, error)) : v;
     for (size_t k = 0; k < ode->n; k++) {

@@ -5,6 +5,7 @@
    is symmetric and loses as much rank as J. Where L_vv is positive definite its eigenvalues begin
    at +inf and decrease, so each one that ends below zero has crossed it once; a point counts as
    often as the fields lose rank there (Morse; Duistermaat, Adv. Math. 21, 1976). */
+#include "autodiff/ascending.h"
 #include "internal.h"
 #include "autodiff/free.h"
 #include "shooting.h"
@@ -213,12 +214,6 @@ static bool cross(struct fields *f, struct times *times)
     return true;
 }
 
-static int by_time(const void *a, const void *b)
-{
-    const double *x = a, *y = b;
-    return (*x > *y) - (*x < *y);
-}
-
 /* All of them, in their order. */
 static bool find(struct phys_shooting *s, struct times *times)
 {
@@ -231,7 +226,7 @@ static bool find(struct phys_shooting *s, struct times *times)
     }
     fields_free(&f);
     if (times->n)
-        qsort(times->at, times->n, sizeof *times->at, by_time);
+        qsort(times->at, times->n, sizeof *times->at, ad_ascending);
     return found;
 }
 

@@ -2,6 +2,7 @@
    method that follow the motion alone do it in fewer evaluations. The second is not concluded from
    the first, but measured (Hairer, Wanner, Solving Ordinary Differential Equations II, section
    IV.1). */
+#include "physics/linear/vectors.h"
 #include "autodiff/free.h"
 #include "diagnostics.h"
 
@@ -14,14 +15,6 @@ enum { PLACES = 16, SETTLE = 8, ITERATIONS = 24, COMPARED = 100, LEAST_COMPARED 
 static const double far_above = 10; /* of the motion's own rate */
 static const size_t fewer = 3;      /* times fewer evaluations are worth telling */
 
-static double norm(size_t n, const double *x)
-{
-    double sum = 0;
-    for (size_t k = 0; k < n; k++)
-        sum += x[k] * x[k];
-    return sqrt(sum);
-}
-
 /* The spectral radius of the rates' Jacobian at y, by the growth of a difference that is followed
    by powers of it; *own: |a| / |v|. NaN where the field is not known. work [4 n]. */
 static double rate_at(const struct phys_ode *ode, double t, const double *y, double *work,
@@ -29,15 +22,15 @@ static double rate_at(const struct phys_ode *ode, double t, const double *y, dou
 {
     const size_t n = ode->n;
     double *u = work, *f = u + n, *moved = f + n, *g = moved + n, growth = 0;
-    const double step = 1e-7 * norm(n, y);
+    const double step = 1e-7 * phys_norm(n, y);
     struct ad_error none = {0};
     if (step == 0 || ode->field(ode->context, t, y, f, &none) != AD_OK)
         return (double)NAN;
-    *own = norm(n / 2, f + n / 2) / norm(n / 2, f);
+    *own = phys_norm(n / 2, f + n / 2) / phys_norm(n / 2, f);
     for (size_t k = 0; k < n; k++)
         u[k] = cos(1.7 * (double)k + 0.4);
     for (int i = 0; i < ITERATIONS; i++) {
-        const double length = norm(n, u);
+        const double length = phys_norm(n, u);
         growth += i > SETTLE ? log(length) : 0;
         for (size_t k = 0; k < n; k++)
             moved[k] = y[k] + step * u[k] / length;
@@ -46,7 +39,7 @@ static double rate_at(const struct phys_ode *ode, double t, const double *y, dou
         for (size_t k = 0; k < n; k++)
             u[k] = (g[k] - f[k]) / step;
     }
-    growth += log(norm(n, u));
+    growth += log(phys_norm(n, u));
     return exp(growth / (ITERATIONS - SETTLE));
 }
 

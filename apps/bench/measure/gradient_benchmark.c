@@ -1,5 +1,6 @@
 /* Times the gradient of the action by the tape and by hand-written C, one thread, f64, alternating
    in one process; also the value alone, and a complete Adam step. */
+#include "physics/linear/vectors.h"
 #include "gradient_benchmark.h"
 #include "apps/bench/hand/hand.h"
 
@@ -82,12 +83,7 @@ static enum ad_status values_new(int scene, struct race_values *values, struct a
 
 double race_disagreement(size_t n, const double *a, const double *b)
 {
-    double largest = 0, difference = 0;
-    for (size_t k = 0; k < n; k++) {
-        largest = fmax(largest, fabs(a[k]));
-        difference = fmax(difference, fabs(a[k] - b[k]));
-    }
-    return difference / largest;
+    return phys_farthest(n, a, b) / phys_largest(n, a);
 }
 
 /* ---- jobs ---- */

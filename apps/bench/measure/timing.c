@@ -76,9 +76,4 @@ double time_ratio(const struct timed *a, const struct timed *b, size_t rounds)
     return time_median(rounds, ratio);
 }
 
-double processor_seconds(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
+double processor_seconds(void) { return ad_seconds_of(CLOCK_PROCESS_CPUTIME_ID); }

@@ -1,5 +1,6 @@
 /* The shape of the potential of one coordinate (energy_parts.h): its extrema, and the energies
    between which times are smooth functions of the energy. */
+#include "autodiff/ascending.h"
 #include "autodiff/free.h"
 #include "energy_parts.h"
 
@@ -33,12 +34,6 @@ static double bracket(struct phys_energy_sweep *s, double a, double b, bool heig
     return a; /* on the side of a */
 }
 
-static int by_value(const void *a, const void *b)
-{
-    const double *x = a, *y = b;
-    return (*x > *y) - (*x < *y);
-}
-
 /* Where to look: densely around both ends, then at growing distances. */
 static size_t look_at(const struct phys_energy_sweep *s, size_t n, double *q)
 {
@@ -55,7 +50,7 @@ static size_t look_at(const struct phys_energy_sweep *s, size_t n, double *q)
     q[dense + 2 * side] = a;
     q[dense + 2 * side + 1] = b;
     size_t count = dense + 2 * side + 2;
-    qsort(q, count, sizeof *q, by_value);
+    qsort(q, count, sizeof *q, ad_ascending);
     return count;
 }
 
@@ -152,7 +147,7 @@ static bool find_levels(struct phys_energy_sweep *s)
     s->size = fmax(fabs(least), 0.5 * s->ask.speed * s->ask.speed * 1e-3);
     for (size_t k = 0; k < n; k++)
         s->size = fmax(s->size, heights[k] < most ? fabs(heights[k]) : 0);
-    qsort(heights, n, sizeof *heights, by_value);
+    qsort(heights, n, sizeof *heights, ad_ascending);
     s->n_levels = 0;
     add_level(s, least);
     for (size_t k = 0; k < n && heights[k] < most; k++)

@@ -8,6 +8,7 @@
    drawn at random until another start is unlikely to find a new path: after N successful starts the
    probability of an unseen path is about the fraction of paths seen once (Good, Biometrika 40,
    1953). */
+#include "physics/linear/vectors.h"
 #include "autodiff/free.h"
 #include "multistart.h"
 #include "physics/path/ends.h"
@@ -69,8 +70,8 @@ enum ad_status phys_multistart_take(struct phys_multistart *s, double *begun,
         return error->status;
     for (size_t k = 0; k < n; k++)
         extent = fmax(extent, fabs(begun[k] - begun[k - k % s->slices]));
-    s->taken = s->led > led &&
-               phys_multistart_apart(n, begun, s->path) <= NEAR * (extent + ROUNDING * s->span);
+    s->taken =
+        s->led > led && phys_farthest(n, begun, s->path) <= NEAR * (extent + ROUNDING * s->span);
     return s->taken ? phys_multistart_keep(s, error) : AD_OK;
 }
 

@@ -73,6 +73,5 @@ bool phys_multistart_velocity(struct phys_multistart *s, double x);
 /* v becomes the nearest that constraints allow at the start. */
 bool phys_multistart_turn(struct phys_multistart *s, double *v);
 /* Largest difference of a and b [n]. */
-double phys_multistart_apart(size_t n, const double *a, const double *b);
 
 #endif

@@ -1,4 +1,5 @@
 /* The solutions of a search, without duplicates (multistart.h). */
+#include "physics/linear/vectors.h"
 #include "autodiff/free.h"
 #include "physics/io/grow.h"
 #include "physics/path/verify/grid_independence.h"
@@ -12,14 +13,6 @@ static const double ALIKE = 1e-9; /* relative difference of energies and actions
 static const double SAME = 1e-6;  /* relative difference of two solutions that are one */
 static const double ZERO = 1e-9;  /* of the span: smaller coordinates may be rounding */
 
-double phys_multistart_apart(size_t n, const double *a, const double *b)
-{
-    double most = 0;
-    for (size_t k = 0; k < n; k++)
-        most = fmax(most, fabs(a[k] - b[k]));
-    return most;
-}
-
 static bool close_to(double a, double b, double scale) { return fabs(a - b) <= ALIKE * scale; }
 
 /* Counts a path that is like one already found (its mirror image, say), unless it is that one. */
@@ -29,13 +22,13 @@ static bool is_known(struct phys_multistart *s, double energy, double action)
     for (size_t k = 0; k < s->solutions->n; k++) {
         struct phys_solution *a = &s->solutions->solution[k];
         double scale = fabs(a->energy) + fabs(a->action) / time;
-        if (phys_multistart_apart(s->dof * s->slices, a->path, s->path) <= SAME * s->span) {
+        if (phys_farthest(s->dof * s->slices, a->path, s->path) <= SAME * s->span) {
             a->hits++;
             return true;
         }
         if (close_to(energy, a->energy, scale) && close_to(action, a->action, scale * time)) {
             if (a->copies == 1 ||
-                phys_multistart_apart(s->dof * s->slices, a->copy, s->path) > SAME * s->span) {
+                phys_farthest(s->dof * s->slices, a->copy, s->path) > SAME * s->span) {
                 memcpy(a->copy, s->path, s->n * sizeof *a->copy);
                 a->copies++;
             }
@@ -55,9 +48,7 @@ static void solution_free(struct phys_solution *solution)
 /* Newton's method leaves rest at 0 an extent, of rounding alone. False: zero leads nowhere. */
 static bool settle_zero(struct phys_multistart *s, struct ad_error *error)
 {
-    double largest = 0;
-    for (size_t k = 0; k < s->dof * s->slices; k++)
-        largest = fmax(largest, fabs(s->path[k]));
+    const double largest = phys_largest(s->dof * s->slices, s->path);
     if (largest == 0 || largest > ZERO * s->span)
         return true;
     memset(s->path, 0, s->n * sizeof *s->path);
