@@ -2,7 +2,6 @@
    motion, over tolerances. CPU time contains the verification, and with the first path the
    recording of L, which the others have at hand; errors are against the motion by an adaptive
    integrator, which no rule of the action shares. */
-#include "physics/linear/vectors.h"
 #include "chart_paths.h"
 #include "physics/motion/motion.h"
 
@@ -69,7 +68,7 @@ static enum ad_status add_row(struct chart *chart, struct sheet *sheet,
                   ROW(NAME(problem->scene), NAME("path"), NUMBER(tol), NAME(level->rule->name),
                       NUMBER(level->elements), NUMBER(seconds[1]), NUMBER(seconds[0]),
                       NUMBER(level->estimate), NUMBER(most),
-                      NUMBER(relative_distance(n, refined->path, motion))),
+                      NUMBER(phys_relative_distance(n, refined->path, motion))),
                   error);
     }
     free(motion);

@@ -3,7 +3,7 @@
    operations. CPU time. */
 #include "physics/linear/vectors.h"
 #include "chart.h"
-#include "apps/bench/hand/hand_forces.h"
+#include "apps/bench/hand/hand.h"
 #include "apps/bench/measure/timing.h"
 #include "physics/physics.h"
 

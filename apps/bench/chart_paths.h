@@ -3,8 +3,8 @@
 #define APPS_BENCH_CHART_PATHS_H
 
 #include "chart.h"
-#include "apps/bench/measure/exact.h"
 #include "apps/bench/measure/timing.h"
+#include "physics/linear/vectors.h"
 #include "physics/physics.h"
 
 /* Rules: error of the stationary path against the motion, over slices and over CPU time. */

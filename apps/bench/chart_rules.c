@@ -105,7 +105,7 @@ static enum ad_status measure(struct problem *problem, const char *solver,
         seconds[r] = processor_seconds() - before;
     }
     if (error->status == AD_OK) {
-        problem->error = relative_distance(n, path, motion);
+        problem->error = phys_relative_distance(n, path, motion);
         sheet_row(problem->sheet,
                   ROW(NAME(problem->boundary->scene), NAME(solver), NAME(settings->rule->name),
                       NUMBER(slices), NUMBER(time_median(rounds, seconds)), NUMBER(problem->error)),

@@ -146,7 +146,7 @@ static bool watch(void *context, const struct phys_path_step *step)
     double now = processor_seconds();
     w->seconds = now - w->began - w->away;
     w->steps = step->step;
-    w->error = relative_distance(w->run->n, step->path, w->run->reference);
+    w->error = phys_relative_distance(w->run->n, step->path, w->run->reference);
     if (w->error <= w->target)
         w->reached = fmin(w->reached, w->seconds);
     if (w->seconds >= w->next)

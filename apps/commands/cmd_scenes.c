@@ -1,7 +1,7 @@
 /* leastaction scenes: lists the scenes, with every parameter, its unit and default. */
 #include "apps/command.h"
 #include "apps/output/json.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 #include "hnn/hnn.h"
 
 #include <stdio.h>

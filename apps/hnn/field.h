@@ -3,15 +3,23 @@
 #ifndef APPS_HNN_FIELD_H
 #define APPS_HNN_FIELD_H
 
-#include "field_arrows.h"
 #include "apps/options.h"
-#include "apps/output/plot.h"
+#include "apps/output/figure.h"
+#include "hnn/hnn.h"
 #include "physics/io/hdf5_file.h"
 
 struct field_options {
     struct common common;
     const char *axes, *across, *up, *at;
     size_t grid;
+};
+
+/* Where a field is looked at: components `across` and `up` of the state vary over their ranges, the
+   others, and inputs, are those of `at` [2 dof + inputs]. */
+struct field_plane {
+    size_t across, up;
+    struct range x, y;
+    const double *at;
 };
 
 struct field {
@@ -32,5 +40,15 @@ void field_write_csv(const void *field, FILE *out);
 enum ad_status field_write_file(const void *field, phys_hdf5 *file, struct ad_error *error);
 /* Lines of equal H, where there is one, and arrows. */
 enum ad_status field_picture(const void *field, struct plot *plot, struct ad_error *error);
+
+/* ---- vector fields of models in pictures (field_arrows) ---- */
+
+/* The state of point (i, j) of an n x n grid with points on the edges; i across, j up. */
+void field_state(const struct field_plane *plane, size_t states, size_t n, size_t i, size_t j,
+                 double *state);
+/* Rows "x y dx dy speed" of n x n arrows, points and arrows well inside the edges; the longest
+   arrow reaches from its point to the next. Equal units across and up are not needed. */
+enum ad_status field_arrows(hnn_model *model, const struct field_plane *plane, size_t n, FILE *out,
+                            struct ad_error *error);
 
 #endif

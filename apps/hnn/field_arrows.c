@@ -1,5 +1,5 @@
-/* Vector fields of models in pictures (field_arrows.h). */
-#include "field_arrows.h"
+/* Vector fields of models in pictures (field.h). */
+#include "field.h"
 
 #include <math.h>
 #include <stdlib.h>

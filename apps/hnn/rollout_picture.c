@@ -1,7 +1,7 @@
 /* The picture of a rollout (rollout.h), after figure 2 of arXiv 1906.01563: the field of each model
    with the motion in it, then the error of the state, the model's H, and the true energy over time.
    With more than one coordinate the motion is shown in the plane of bodies, or over time. */
-#include "field_arrows.h"
+#include "field.h"
 #include "rollout.h"
 #include "apps/output/figure.h"
 

@@ -3,7 +3,6 @@
 #define APPS_MODES_MODES_H
 
 #include "apps/options.h"
-#include "apps/output/learnt.h"
 #include "apps/output/plot.h"
 #include "apps/output/report.h"
 #include "physics/modes/modes.h"

@@ -1,7 +1,7 @@
 /* Equilibria and modes: the report, a row a mode, and the picture of one mode. */
 #include "physics/linear/vectors.h"
 #include "apps/output/coordinates.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 #include "modes.h"
 #include "physics/stability/diagnostics.h"
 

@@ -1,6 +1,6 @@
 /* Coordinates of a system in a picture (coordinates.h). */
 #include "coordinates.h"
-#include "unit.h"
+#include "report.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* Panels with curves (figure.h). */
 #include "figure.h"
-#include "unit.h"
+#include "report.h"
 
 #include <math.h>
 #include <stdarg.h>

@@ -1,4 +1,4 @@
-#include "learnt.h"
+#include "report.h"
 #include "autodiff/free.h"
 #include "hnn/rollout/rollout.h"
 

@@ -1,7 +1,7 @@
 /* One table of results, and what is written from it (report.h). */
 #include "autodiff/free.h"
 #include "report_rows.h"
-#include "unit.h"
+#include "report.h"
 #include "physics/io/grow.h"
 
 #include <stdarg.h>

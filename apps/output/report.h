@@ -16,10 +16,12 @@
 
 #include "apps/options.h"
 #include "apps/spread.h"
+#include "hnn/hnn.h"
 #include "physics/io/hdf5_file.h"
 
 #include <stdbool.h>
 #include <stdio.h>
+#include <string.h>
 
 struct report_row;
 
@@ -80,5 +82,31 @@ void report_parameters(const struct phys_system *system, phys_hdf5 *file);
 enum ad_status report_show(struct report *report, const struct common *common,
                            struct ad_error *error);
 void report_free(struct report *report);
+
+/* ---- units as printed ---- */
+
+/* Pure numbers carry the unit 1, which a reader need not see. */
+static inline const char *unit_shown(const char *unit)
+{
+    return unit && strcmp(unit, "1") != 0 ? unit : "";
+}
+
+/* A unit behind a number: with a blank before it. */
+static inline const char *unit_blank(const char *unit) { return *unit_shown(unit) ? " " : ""; }
+/* The unit of a force, of an energy over a coordinate's: nothing where all are pure numbers. */
+enum { UNIT_FORCE = 64 };
+static inline void unit_of_force(const char *energy, const char *length, char unit[UNIT_FORCE])
+{
+    const char *below = unit_shown(length);
+    snprintf(unit, UNIT_FORCE, "%s%s%s", *below && !*unit_shown(energy) ? "1" : unit_shown(energy),
+             *below ? "/" : "", below);
+}
+
+/* ---- learnt scenes (hnn_system_open) ---- */
+
+/* Whose motion the errors are of, and which of n states x [n][2 dof] (q, then v) is the first
+   outside the range of training, at what t [n]; NULL: not known when. Nothing of other scenes. */
+void report_learnt(const struct phys_system *system, size_t n, const double *t, const double *x,
+                   struct report *report);
 
 #endif

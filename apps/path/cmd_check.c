@@ -1,7 +1,7 @@
 /* leastaction check: checks a scene's Lagrangian for finite values, correct derivatives, and
    locality in time. */
 #include "apps/command.h"
-#include "apps/output/learnt.h"
+#include "apps/output/report.h"
 #include "physics/motion/checks.h"
 
 #include <stdio.h>

@@ -4,7 +4,6 @@
 #define APPS_PATH_PATH_H
 
 #include "apps/options.h"
-#include "apps/output/learnt.h"
 #include "apps/output/plot.h"
 #include "apps/output/progress.h"
 #include "apps/output/report.h"

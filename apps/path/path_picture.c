@@ -2,7 +2,7 @@
    reference, or those of --all with their energies; right what the steps changed: of a descent S, T
    and V, of a few steps of Newton's method the gradient. A GIF shows the path deform. */
 #include "apps/output/coordinates.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 #include "path.h"
 
 #include <math.h>

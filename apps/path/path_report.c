@@ -1,6 +1,6 @@
 /* The results of a path run, as one table (path.h). */
 #include "path.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 
 #include <math.h>
 #include <stddef.h>

@@ -1,6 +1,6 @@
 /* leastaction path --all: several stationary paths between the same ends (path.h). */
 #include "path.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* Reports the kind of stationary path found and its conjugate points (path.h). That needs a path
    that is stationary and an L_vv that is definite along it; otherwise the reason is reported. */
 #include "path.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* Output files of a path run (path.h): CSV and run file. */
 #include "path.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 
 #include <stdlib.h>
 #include <string.h>

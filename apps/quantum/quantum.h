@@ -9,7 +9,9 @@
 #include "apps/output/progress.h"
 #include "apps/output/report.h"
 #include "hnn/hnn.h"
+#include "quantum/published.h"
 #include "quantum/run.h"
+#include "quantum/slit.h"
 
 struct quantum_options {
     struct common common;
@@ -58,5 +60,24 @@ void quantum_carpet(struct figure *figure, int density, int motion, bool particl
 
 int quantum_paper(const struct quantum_options *options, struct ad_error *error);
 int quantum_slit(const struct quantum_options *options, struct ad_error *error);
+
+/* The published variant beside the same scene with a correct kernel: run (quantum_paper.c), picture
+   (quantum_paper_picture.c). */
+struct paper {
+    struct qm_published old;
+    struct quantum_run run; /* done right */
+};
+
+enum ad_status paper_picture(const void *paper, struct plot *plot, struct ad_error *error);
+
+/* The double slit as a command: run (quantum_slit.c), picture (quantum_slit_picture.c). */
+struct slit_run {
+    const struct quantum_options *options;
+    struct qm_slit slit;
+    double seconds, setup_seconds;
+    bool interrupted;
+};
+
+enum ad_status slit_picture(const void *run, struct plot *plot, struct ad_error *error);
 
 #endif

@@ -2,7 +2,7 @@
    (quantum/published.h). */
 #include "apps/command.h"
 #include "apps/interrupt.h"
-#include "quantum_paper.h"
+#include "quantum.h"
 
 #include <math.h>
 

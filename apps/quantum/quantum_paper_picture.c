@@ -1,7 +1,7 @@
 /* The picture of the published variant beside the right one: above the published, below the same
    scene done right; left the real part of the kernel, right the density over time. */
 #include "apps/output/figure.h"
-#include "quantum_paper.h"
+#include "quantum.h"
 
 #include <complex.h>
 #include <math.h>

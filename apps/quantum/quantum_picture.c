@@ -4,7 +4,7 @@
 #include "physics/linear/vectors.h"
 #include "quantum.h"
 #include "apps/output/figure.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 
 #include <math.h>
 #include <stdlib.h>

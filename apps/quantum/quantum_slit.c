@@ -3,7 +3,7 @@
 #include "apps/command.h"
 #include "apps/interrupt.h"
 #include "apps/output/progress.h"
-#include "quantum_slit.h"
+#include "quantum.h"
 #include "autodiff/clock.h"
 
 #include <math.h>

@@ -2,7 +2,7 @@
    show beside the packet that made them; right the intensity along the screen over the closed form.
    A GIF shows the left side moving. */
 #include "apps/output/figure.h"
-#include "quantum_slit.h"
+#include "quantum.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
 /* Results of a wave packet's run (quantum.h): report, CSV and run file. */
 #include "quantum.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -5,7 +5,6 @@
 #define APPS_SIMULATE_SIMULATE_H
 
 #include "apps/options.h"
-#include "apps/output/learnt.h"
 #include "apps/output/plot.h"
 #include "apps/output/report.h"
 #include "apps/scene_inputs.h"

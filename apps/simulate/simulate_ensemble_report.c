@@ -1,6 +1,6 @@
 /* What simulate --ensemble reports: sizes, errors, statistics at the end, members that failed. */
 #include "simulate_ensemble.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* The files of simulate --ensemble: CSV and HDF5. */
 #include "simulate_ensemble.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 
 #include <math.h>
 #include <stdlib.h>

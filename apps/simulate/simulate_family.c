@@ -1,7 +1,7 @@
 /* --continue: the family of the periodic motion, followed in its energy, its period or a parameter;
    its report, table and picture. */
 #include "apps/output/figure.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 #include "simulate.h"
 
 #include <math.h>

@@ -3,7 +3,7 @@
    constant, and the distance from the reference. A GIF shows the motion. */
 #include "autodiff/ascending.h"
 #include "apps/output/coordinates.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 #include "simulate.h"
 
 #include <math.h>

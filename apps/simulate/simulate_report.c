@@ -1,6 +1,6 @@
 /* The results of a simulation, as one table (simulate.h). */
 #include "simulate.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* Output files of a simulation (simulate.h): CSV and run file. */
 #include "simulate.h"
-#include "apps/output/unit.h"
+#include "apps/output/report.h"
 
 #include <stdlib.h>
 

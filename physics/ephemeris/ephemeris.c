@@ -2,7 +2,6 @@
 #include "horizons.h"
 #include "physics/scenes/scenes.h"
 #include "physics/scenes/ephemeris.h"
-#include "physics/scenes/ephemeris_rough.h"
 
 #include <ctype.h>
 #include <stdio.h>

@@ -4,7 +4,6 @@
 #include "autodiff/sized.h"
 #include "physics/io/random.h"
 #include "physics/system/internal.h"
-#include "physics/system/params.h"
 
 #include <math.h>
 #include <stdlib.h>

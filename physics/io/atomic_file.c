@@ -2,7 +2,6 @@
    folder after it, so that a crash leaves the old or the new file. */
 #include "atomic_file.h"
 #include "autodiff/free.h"
-#include "temporary_file.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -17,6 +17,7 @@
 #include "autodiff/autodiff.h"
 
 #include <stdbool.h>
+#include <stddef.h>
 
 struct phys_atomic_file {
     char *target;    /* symbolic links resolved; NULL after commit or abandon */
@@ -39,5 +40,14 @@ void phys_atomic_file_abandon(struct phys_atomic_file *file);
 /* Removes all temporary files of this process (up to 64 open ones) and returns whether there were
    any. Safe in a signal handler: calls unlink only. */
 bool phys_atomic_file_abandon_all(void);
+
+/* ---- for physics/io/ only: temporary files beside their targets (temporary_file.c) ---- */
+
+/* Makes an empty, locked file in the folder of `target`, its first `folder` bytes. 0, and the name
+   (to be freed) and the descriptor that holds the lock; else the error number. */
+int phys_temporary_new(const char *target, size_t folder, char **name, int *lock);
+
+/* Removes the temporary files in that folder whose processes have ended. */
+void phys_temporary_clean(const char *target, size_t folder);
 
 #endif

@@ -2,7 +2,7 @@
    hdf5_*.c call HDF5. Each function closes the handles that it opened; H5Xclose of an invalid
    handle is avoided, because it would replace the first reason. */
 #include "autodiff/free.h"
-#include "hdf5_walk.h"
+#include "hdf5_handles.h"
 #include "checksum.h"
 
 #include <errno.h>

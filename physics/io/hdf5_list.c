@@ -1,5 +1,5 @@
 /* Lists the contents of an HDF5 file, in order (hdf5_file.h). */
-#include "hdf5_walk.h"
+#include "hdf5_handles.h"
 
 #include <stdlib.h>
 

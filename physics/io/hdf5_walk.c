@@ -1,6 +1,6 @@
-/* Walks all objects of an HDF5 file (hdf5_walk.h), depth first with an explicit stack, so that deep
-   groups and circular links are harmless. */
-#include "hdf5_walk.h"
+/* Walks all objects of an HDF5 file (hdf5_handles.h), depth first with an explicit stack, so that
+   deep groups and circular links are harmless. */
+#include "hdf5_handles.h"
 #include "autodiff/free.h"
 #include "grow.h"
 

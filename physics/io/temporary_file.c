@@ -1,6 +1,6 @@
-/* Temporary files beside their targets (temporary_file.h). Ownership is decided by locks instead of
+/* Temporary files beside their targets (atomic_file.h). Ownership is decided by locks instead of
    process ids, which are ambiguous between containers that share a folder. */
-#include "temporary_file.h"
+#include "atomic_file.h"
 
 #include <dirent.h>
 #include <errno.h>

@@ -23,6 +23,11 @@ static inline double phys_distance(size_t n, const double *a, const double *b)
     return sqrt(sum);
 }
 
+static inline double phys_relative_distance(size_t n, const double *a, const double *b)
+{
+    return phys_distance(n, a, b) / phys_norm(n, b);
+}
+
 /* The largest |a_k|, and the largest |a_k - b_k|; NaN is left out. */
 static inline double phys_largest(size_t n, const double *a)
 {

@@ -1,4 +1,4 @@
-/* Point masses under 1/r attraction, without softening. */
+/* Point masses under 1/r attraction, without softening, and its relativistic correction. */
 #ifndef PHYSICS_SCENES_ATTRACTION_H
 #define PHYSICS_SCENES_ATTRACTION_H
 
@@ -16,5 +16,14 @@ ad_var phys_attraction_potential(ad_var q, size_t bodies, size_t dims, const ad_
    turns with them, in the plane or in space: terms linear in the velocity,
        L = ((x' - y)^2 + (y' + x)^2 + z'^2) / 2 + (1 - mu)/r1 + mu/r2. */
 ad_var phys_turning_frame(ad_var q, ad_var v, ad_var mu);
+
+/* The part of the Lagrangian of point masses m [bodies] that goes with 1/c^2 (SI units), velocities
+   about the common centre of mass [1 x n]:
+       L_1 = sum_a m_a v_a^4 / 8
+           + sum_{a<b} G m_a m_b / 2r (3 v_a^2 + 3 v_b^2 - 7 v_a.v_b - (v_a.n)(v_b.n))
+           - 1/2 sum_a m_a U_a^2,  U_a = sum_{b != a} G m_b / r
+   (Einstein, Infeld, Hoffmann; Landau and Lifshitz, The Classical Theory of Fields, section 106).
+   q, v: [bodies*dims x n]. */
+ad_var phys_post_newtonian(ad_var q, ad_var v, size_t bodies, size_t dims, ad_var m[], ad_var G);
 
 #endif

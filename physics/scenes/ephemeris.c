@@ -4,7 +4,6 @@
 #include "scenes.h"
 #include "attraction.h"
 #include "ephemeris.h"
-#include "post_newtonian.h"
 
 #define MASS(k, name)                                                                              \
     {                                                                                              \

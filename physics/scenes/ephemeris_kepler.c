@@ -1,5 +1,5 @@
-/* The position of a planet from mean Kepler elements (ephemeris_rough.h). */
-#include "ephemeris_rough.h"
+/* The position of a planet from mean Kepler elements (ephemeris.h). */
+#include "ephemeris.h"
 
 #include <math.h>
 

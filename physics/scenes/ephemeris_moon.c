@@ -1,8 +1,8 @@
-/* The Moon about the Earth (ephemeris_rough.h) by the low-precision series of The Astronomical
+/* The Moon about the Earth (ephemeris.h) by the low-precision series of The Astronomical
    Almanac, page D22 (after E. W. Brown): 0.3 degrees in longitude, 0.2 in latitude, 0.003 in
    parallax. Angles are in degrees and of the ecliptic of date; the precession since J2000 is
    subtracted from the longitude. */
-#include "ephemeris_rough.h"
+#include "ephemeris.h"
 
 #include <math.h>
 

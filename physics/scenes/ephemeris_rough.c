@@ -1,7 +1,7 @@
-/* Jupiter, Saturn and the Moon (ephemeris_rough.h). Elements: E. M. Standish and J. G. Williams,
+/* Jupiter, Saturn and the Moon (ephemeris.h). Elements: E. M. Standish and J. G. Williams,
    Approximate positions of the planets, table 1 (1800 to 2050), https://ssd.jpl.nasa.gov/planets/
    approx_pos.html. GM: of DE440, Jupiter without its moons. */
-#include "ephemeris_rough.h"
+#include "ephemeris.h"
 
 static const struct ephemeris_orbit jupiter = {
     .a = {5.20288700, -0.00011607},

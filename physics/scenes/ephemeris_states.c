@@ -1,7 +1,7 @@
-/* State vectors at 2022-Jul-14 00:00 TDB (ephemeris_states.h). The digits are those printed by
+/* State vectors at 2022-Jul-14 00:00 TDB (ephemeris.h). The digits are those printed by
    Horizons, in km and km/s; KM converts to SI with the same single rounding as the reader of
    tables. */
-#include "ephemeris_states.h"
+#include "ephemeris.h"
 
 #define KM 1e3
 

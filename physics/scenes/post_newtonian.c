@@ -1,5 +1,4 @@
-/* The first post-Newtonian terms on a tape (post_newtonian.h). */
-#include "post_newtonian.h"
+/* The first post-Newtonian terms on a tape (attraction.h). */
 #include "autodiff/free.h"
 #include "attraction.h"
 

@@ -5,7 +5,7 @@
 #define PHYSICS_STABILITY_FAMILY_PARTS_H
 
 #include "family.h"
-#include "orbit.h"
+#include "internal.h"
 #include "physics/lagrangian/internal.h"
 
 enum family_test {

@@ -1,7 +1,7 @@
 /* Floquet multipliers: eigenvalues of the state-transition matrix over a period, with what its
    uncertainty and rounding leave of them: e / |l r| of a simple one, with unit vectors l and r;
    sqrt(e |M|) of two that have merged, as those along the motion and across energies have. */
-#include "multipliers.h"
+#include "internal.h"
 #include "autodiff/free.h"
 #include "physics/linear/linear.h"
 

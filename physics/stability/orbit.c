@@ -1,5 +1,5 @@
-/* Motions over a period (orbit.h). */
-#include "orbit.h"
+/* Motions over a period (internal.h). */
+#include "internal.h"
 #include "physics/lagrangian/internal.h"
 
 #include <stdlib.h>

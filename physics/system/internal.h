@@ -65,4 +65,9 @@ enum ad_status phys_refuse_constraints(const struct phys_system *system, const c
 /* phys_scenes has at most so many. */
 enum { PHYS_SCENES_MOST = 64 };
 
+/* Whether L is recorded alike with the values of a and of b, where n parameters are variables: no
+   condition on them comes out otherwise. */
+bool phys_params_keep_form(const struct phys_system *a, const struct phys_system *b, size_t n,
+                           const char *const names[], struct ad_error *error);
+
 #endif

@@ -1,7 +1,6 @@
 /* Parameters of a scene as variables of a tape (PHYS_PARAM). Callbacks get a params struct and no
    tape: while one records, its thread keeps which tape that is, and which parameters are variables
    there, known by their addresses. */
-#include "params.h"
 #include "internal.h"
 
 #include <math.h>

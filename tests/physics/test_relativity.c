@@ -1,7 +1,7 @@
 /* Approximate bodies and the first post-Newtonian terms, against their defining formulas. */
 #include "tests/close.h"
 #include "physics/physics.h"
-#include "physics/scenes/ephemeris_rough.h"
+#include "physics/scenes/ephemeris.h"
 
 #include <string.h>
 

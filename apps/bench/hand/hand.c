@@ -1,7 +1,5 @@
 /* Chooses the build of the hand-written kernels that this machine can run. */
 #include "hand.h"
-#include "hand_forces.h"
-#include "hand_hnn.h"
 
 extern const struct hand_kernel hand_table_base[], hand_table_avx2[], hand_table_avx512[];
 extern const struct hand_hnn hand_hnn_base, hand_hnn_avx2, hand_hnn_avx512;

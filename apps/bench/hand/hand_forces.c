@@ -1,5 +1,5 @@
-/* The accelerations of hand_forces.h, compiled once for each instruction set (HAND_ISA). */
-#include "hand_forces.h"
+/* The accelerations of hand.h, compiled once for each instruction set (HAND_ISA). */
+#include "hand.h"
 
 #include <math.h>
 

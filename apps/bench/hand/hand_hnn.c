@@ -1,4 +1,4 @@
-/* The step of hand_hnn.h, vectorised over samples; compiled once for each instruction set
+/* The step of hand.h, vectorised over samples; compiled once for each instruction set
    (HAND_ISA), hand.c chooses.
 
    With h1 = tanh(W1 x + b1), h2 = tanh(W2 h1 + b2) and s = 1 - h^2 the gradient of H is
@@ -8,7 +8,7 @@
        z2~ = -2 h2 s2 w3 d2~,   h1~ = W2^T z2~ - 2 h1 e1 d1~,   z1~ = s1 h1~,
        W1~ = d1 g~^T + z1~ x^T,   W2~ = d2 e1~^T + z2~ h1^T,   w3~ = sum s2 d2~,   b~ = sum z~:
    six products of matrices. Samples come in blocks whose values stay in the second-level cache. */
-#include "hand_hnn.h"
+#include "hand.h"
 #include "autodiff/blas.h"
 
 #include <math.h>

@@ -1,8 +1,8 @@
-/* Training by the hand-written step (hand_hnn.h): the whole batch, Adam, one thread. */
+/* Training by the hand-written step (hand.h): the whole batch, Adam, one thread. */
 #ifndef APPS_BENCH_HAND_HAND_TRAINING_H
 #define APPS_BENCH_HAND_HAND_TRAINING_H
 
-#include "hand_hnn.h"
+#include "hand.h"
 #include "hnn/hnn.h"
 
 struct hand_training {

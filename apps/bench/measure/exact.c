@@ -1,6 +1,7 @@
-/* Motions with exact solutions (exact.h), in long double, so that their own rounding is negligible.
+/* Motions with exact solutions (motions.h), in long double, so that their own rounding is
+ * negligible.
  */
-#include "exact.h"
+#include "motions.h"
 
 #include <math.h>
 
@@ -52,14 +53,4 @@ void exact_pendulum(double k_, double t, double *q, double *v)
     long double k = k_, phi = amplitude(t, k);
     q[0] = (double)(2 * asinl(k * sinl(phi)));
     v[0] = (double)(2 * k * cosl(phi));
-}
-
-double relative_distance(size_t n, const double *x, const double *answer)
-{
-    double sum = 0, norm = 0;
-    for (size_t k = 0; k < n; k++) {
-        sum += (x[k] - answer[k]) * (x[k] - answer[k]);
-        norm += answer[k] * answer[k];
-    }
-    return sqrt(sum / norm);
 }

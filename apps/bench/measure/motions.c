@@ -1,7 +1,7 @@
 /* Test problems for integrators (motions.h). */
 #include "motions.h"
 #include "timing.h"
-#include "exact.h"
+#include "physics/linear/vectors.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -58,7 +58,7 @@ const struct motion_problem motion_problems[MOTION_PROBLEMS] = {
 /* The larger relative distance of coordinates and of velocities; x, y [2 dof]. */
 static double distance(size_t dof, const double *x, const double *y)
 {
-    return fmax(relative_distance(dof, x, y), relative_distance(dof, x + dof, y + dof));
+    return fmax(phys_relative_distance(dof, x, y), phys_relative_distance(dof, x + dof, y + dof));
 }
 
 enum ad_status problem_field(const struct problem *motion, const struct phys_integrator *integrator,

@@ -3,6 +3,7 @@
 #define APPS_BENCH_MEASURE_MOTIONS_H
 
 #include "physics/motion/motion.h"
+#include <stddef.h>
 
 struct motion_problem {
     const char *name, *title;
@@ -49,5 +50,13 @@ struct problem_cost {
 enum ad_status problem_run(const struct problem *motion, const struct phys_integrator *integrator,
                            const struct phys_ode *ode, double setting, struct problem_cost *cost,
                            struct ad_error *error);
+
+/* ---- motions with exact solutions, to the last digits of a double (exact.c) ---- */
+
+/* The ellipse of a = GM = 1 and eccentricity e at time t after pericentre: q, v [2]. */
+void exact_kepler(double e, double t, double *q, double *v);
+/* The pendulum of g = l = 1 at time t after it passed the bottom at rate 2k, 0 < k < 1: q, v [1].
+ */
+void exact_pendulum(double k, double t, double *q, double *v);
 
 #endif

@@ -4,7 +4,6 @@
 #include "tests/apps/picture_text.h"
 #include "tests/apps/shell.h"
 #include "tests/close.h"
-#include "apps/bench/measure/exact.h"
 #include "apps/bench/measure/motions.h"
 #include "physics/physics.h"
 #include "apps/bench/measure/work_precision.h"

@@ -5,7 +5,6 @@
 #include "tests/apps/shell.h"
 #include "tests/close.h"
 #include "apps/bench/hand/hand.h"
-#include "apps/bench/hand/hand_forces.h"
 #include "autodiff/status.h"
 #include "tests/mentions.h"
 

@@ -2,7 +2,7 @@
    to a factor of ten, and the error is what was asked for. */
 #include "tests/close.h"
 #include "tests/apps/shell.h"
-#include "apps/bench/measure/exact.h"
+#include "apps/bench/measure/motions.h"
 #include "physics/io/csv.h"
 #include "tests/mentions.h"
 

@@ -1,6 +1,6 @@
 /* The Horizons reader on real tables, on every form of one table, and on a stream. */
 #include "physics/ephemeris/horizons.h"
-#include "physics/scenes/ephemeris_states.h"
+#include "physics/scenes/ephemeris.h"
 #include "physics/io/csv.h"
 #include "tests/close.h"
 #include "tests/files.h"
