@@ -30,26 +30,17 @@ typedef double R;
 #define EXPAND_TEXT(a) TEXT(a)
 
 #if defined(__GLIBC__) && defined(__x86_64__) && !defined(__clang__)
-#define VECTOR_UNARY(name) _Pragma("omp declare simd notinbranch") R F(name)(R);
-#define VECTOR_BINARY(name) _Pragma("omp declare simd notinbranch") R F(name)(R, R);
-VECTOR_UNARY(exp)
-VECTOR_UNARY(log)
-VECTOR_UNARY(sin)
-VECTOR_UNARY(cos)
-VECTOR_BINARY(pow)
+#define PARAMETERS_1 (R)
+#define PARAMETERS_2 (R, R)
+#define VECTOR_22(name, arity) _Pragma("omp declare simd notinbranch") R F(name) PARAMETERS_##arity;
 #if __GLIBC_PREREQ(2, 35)
-VECTOR_UNARY(log1p)
-VECTOR_UNARY(expm1)
-VECTOR_UNARY(tan)
-VECTOR_UNARY(asin)
-VECTOR_UNARY(acos)
-VECTOR_UNARY(atan)
-VECTOR_UNARY(sinh)
-VECTOR_UNARY(cosh)
-VECTOR_UNARY(tanh)
-VECTOR_BINARY(atan2)
-VECTOR_BINARY(hypot)
+#define VECTOR_35 VECTOR_22
+#else
+#define VECTOR_35(name, arity)
 #endif
+#define VECTOR_NEVER(name, arity)
+#define AD_VECTOR(name, arity, since) VECTOR_##since(name, arity)
+#include "autodiff/ops.def"
 #endif
 
 /* a^b for whole |b| <= 32, by squaring; all six bits, so that lanes stay together. */

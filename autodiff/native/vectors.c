@@ -248,13 +248,11 @@ struct function {
 #ifndef __GLIBC_PREREQ /* another C library: no vectors at all */
 #define __GLIBC_PREREQ(major, minor) 0
 #endif
-enum { NEWER = __GLIBC_PREREQ(2, 35) };
+#define NEVER 1000
 
 static const struct function functions[] = {
-    {"exp", 1, true},   {"log", 1, true},    {"sin", 1, true},    {"cos", 1, true},
-    {"pow", 2, true},   {"log1p", 1, NEWER}, {"expm1", 1, NEWER}, {"tan", 1, NEWER},
-    {"asin", 1, NEWER}, {"acos", 1, NEWER},  {"atan", 1, NEWER},  {"sinh", 1, NEWER},
-    {"cosh", 1, NEWER}, {"tanh", 1, NEWER},  {"atan2", 2, NEWER}, {"hypot", 2, NEWER},
+#define AD_VECTOR(name, arity, since) {#name, arity, __GLIBC_PREREQ(2, since)},
+#include "autodiff/ops.def"
 };
 
 /* glibc's letter for the instruction set with registers of this size; 0: no functions. */
