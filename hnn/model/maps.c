@@ -125,7 +125,6 @@ static const struct hnn_tensor *bias_of(const struct hnn_tensors *t,
 enum ad_status hnn_maps_find(const struct hnn_tensors *t, struct hnn_maps *m,
                              struct ad_error *error)
 {
-    size_t biases = 0;
     *m = (struct hnn_maps){0};
     for (size_t k = 0; k < t->n; k++)
         if (ends_in(t->tensor[k].name, "weight") && t->tensor[k].rank == 2) {
@@ -137,7 +136,6 @@ enum ad_status hnn_maps_find(const struct hnn_tensors *t, struct hnn_maps *m,
         return error->status;
     for (size_t k = 0; k < m->n; k++) {
         const struct hnn_tensor *w = m->weight[k], *b = m->bias[k] = bias_of(t, w);
-        biases += b != NULL;
         if (k && w->dims[1] != m->weight[k - 1]->dims[0])
             return ad_fail(
                 error, AD_E_INPUT, "%s: '%.80s' has %zu columns, expected %zu, the rows of '%.80s'",
@@ -146,7 +144,7 @@ enum ad_status hnn_maps_find(const struct hnn_tensors *t, struct hnn_maps *m,
             return ad_fail(error, AD_E_INPUT, "%s: '%.80s' has another shape, expected [%zu]",
                            t->file, b->name, w->dims[0]);
     }
-    for (size_t k = 0; k < t->n && m->n + biases < t->n; k++) {
+    for (size_t k = 0; k < t->n; k++) {
         bool known = false;
         for (size_t i = 0; i < m->n; i++)
             known = known || m->weight[i] == &t->tensor[k] || m->bias[i] == &t->tensor[k];

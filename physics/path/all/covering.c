@@ -82,7 +82,7 @@ static bool is_family(struct cover *s, const struct phys_end_box *b, struct ad_e
 {
     size_t n = s->n;
     double w[DOF], at[DOF], g[DOF], J[DOF * DOF], here[DOF * DOF];
-    struct phys_singular root, own;
+    struct phys_singular root;
     if (phys_end_norm(n, b->g) > 0.5)
         return false;
     place(s, b->x, w);
@@ -93,7 +93,6 @@ static bool is_family(struct cover *s, const struct phys_end_box *b, struct ad_e
         !phys_end_map_at(s->c->map, w, TOLERANCE, g, here))
         return false;
     phys_singular_values(n, J, &root);
-    phys_singular_values(n, here, &own);
     size_t rank = n - (size_t)dimension;
     if (rank == 0)
         return phys_end_norm(n, b->g) < 1e-4;

@@ -107,6 +107,7 @@ KINK(sum, ad_sqrt(ad_add(ad_square(q), ad_mul(3.0, ad_square(q)))))
 KINK(power, ad_pow(q_squared(q), 0.5))
 KINK(three_halves, ad_pow(q_squared(q), 1.5))
 KINK(hypotenuse, ad_hypot(q, ad_mul(2.0, q)))
+KINK(one_leg, ad_hypot(q, 0.0))
 KINK(triangle, ad_asin(ad_sin(q)))
 KINK(softened, ad_sqrt(ad_add(1.0, ad_square(q))))
 KINK(powers, ad_pow(ad_add(1.0, q_squared(q)), 1.5))
@@ -115,8 +116,8 @@ KINK(of_two, ad_hypot(q, ad_add(1.0, q)))
 static void test_kinks_by_other_names(void **state)
 {
     (void)state;
-    phys_lagrangian *const sharp[] = {root,  product,      factor,     sum,
-                                      power, three_halves, hypotenuse, triangle};
+    phys_lagrangian *const sharp[] = {root,         product,    factor,  sum,     power,
+                                      three_halves, hypotenuse, one_leg, triangle};
     phys_lagrangian *const smooth[] = {softened, powers, of_two};
     double y[2];
     for (size_t k = 0; k < LENGTH(sharp); k++) {

@@ -90,6 +90,25 @@ static void test_signs(void **state)
     }
 }
 
+/* Where the ends are conjugate, the sign of an eigenvalue is within rounding. */
+static void test_conjugate_ends(void **state)
+{
+    (void)state;
+    const double signs[] = {1, 1}, rest[2 * 101] = {0};
+    for (int conjugate = 0; conjugate < 2; conjugate++) {
+        const struct phys_scene scene =
+            scene_of("two", 2, oscillators, 101, (conjugate ? M_PI : 3) / 100, NULL);
+        struct phys_system system = {.scene = &scene, .dof = 2, .params = (void *)signs};
+        struct phys_path_settings settings = phys_path_defaults(&system);
+        struct phys_spectrum spectrum;
+        struct ad_error error = {0};
+        settings.rule = phys_rule_find("gauss4", &error);
+        assert_int_equal(
+            phys_path_ranks_spectrum(NULL, &system, &settings, rest, &spectrum, &error), AD_OK);
+        assert_int_equal(spectrum.undetermined, conjugate);
+    }
+}
+
 /* ---- refusals ---- */
 
 static void refused(struct path_job *j, const char *mentions)
@@ -196,9 +215,10 @@ static void test_code(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_starts),  cmocka_unit_test(test_signs),
-        cmocka_unit_test(test_refused), cmocka_unit_test(test_differing),
-        cmocka_unit_test(test_code),    cmocka_unit_test(test_shares),
+        cmocka_unit_test(test_starts),         cmocka_unit_test(test_signs),
+        cmocka_unit_test(test_conjugate_ends), cmocka_unit_test(test_refused),
+        cmocka_unit_test(test_differing),      cmocka_unit_test(test_code),
+        cmocka_unit_test(test_shares),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
