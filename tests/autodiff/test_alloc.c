@@ -1,5 +1,6 @@
 /* A failing allocation at every point of record, gradient, compile, run and check gives a status,
    never a crash or a leak. The linker redirects the library's allocations here. */
+#include "autodiff/derivatives.h"
 #include "autodiff/optim.h"
 #include "support.h"
 #include "tests/alloc.h"
@@ -94,6 +95,21 @@ static enum ad_status grow(void)
     return status;
 }
 
+/* The pattern of a sparse matrix, its colours and its program. */
+static enum ad_status sparse_hessian(void)
+{
+    ad_tape *tape = ad_tape_new(AD_F64);
+    if (!tape)
+        return AD_E_MEMORY;
+    ad_jacobian *H = NULL;
+    ad_var x = ad_input(tape, 2, 4, "x");
+    enum ad_status status =
+        ad_hessian_new(ad_sum(ad_mul(ad_sin(ad_row(x, 0)), ad_row(x, 1))), 1, &x, &H);
+    ad_jacobian_free(H);
+    ad_tape_free(tape);
+    return status;
+}
+
 static enum ad_status optimise(void)
 {
     struct ad_optimiser_settings settings = ad_optimiser_defaults(AD_ADAM);
@@ -156,6 +172,12 @@ static void test_growing(void **state)
     fail_everywhere(grow, 7);
 }
 
+static void test_sparse_hessian(void **state)
+{
+    (void)state;
+    fail_everywhere(sparse_hessian, 1);
+}
+
 static void test_optimiser(void **state)
 {
     (void)state;
@@ -211,6 +233,7 @@ int main(void)
         cmocka_unit_test(test_record_grad_compile_run),
         cmocka_unit_test(test_check),
         cmocka_unit_test(test_growing),
+        cmocka_unit_test(test_sparse_hessian),
         cmocka_unit_test(test_optimiser),
         cmocka_unit_test(test_running_allocates_nothing),
         cmocka_unit_test(test_threads_without_memory),

@@ -130,6 +130,8 @@ static void test_shares(void **state)
         char *whole = files_read(job.out.text, &whole_bytes);
         struct hnn_frames frames = job.frames[0];
         struct hnn_video_motion motion = job.motion[0];
+        assert_true(motion.mean.latent > 0 && motion.mean.latent_data > 0);
+        assert_true(motion.mean.frames > 0 && motion.mean.frames_data > 0);
         hnn_split_pairs_free(&job.pairs[0]);
         for (size_t count = 2; count <= MOST; count++) {
             run(&job, MOST + 1 - count, 0, 3);

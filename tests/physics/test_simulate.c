@@ -51,6 +51,14 @@ static void test_samples_of_fixed_steps(void **state)
     assert_true(record.t[10] == 1);
     motion_close(&m);
 
+    open_spring(&m);
+    m.settings.n_samples = 5;
+    motion_run(&m, "verlet", 0.1, 1, AD_OK);
+    assert_int_equal(record.n, 6);
+    assert_close(record.t[1], 0.2, 1e-15, 0);
+    assert_true(record.t[5] == 1);
+    motion_close(&m);
+
     open_spring(&m); /* a step that does not divide the time is shortened */
     motion_run(&m, "verlet", 0.3, 1, AD_OK);
     assert_int_equal(m.info.steps, 4);

@@ -132,6 +132,9 @@ static void test_rates_by_name(void **state)
     dataset_refused(&s, AD_E_INPUT, "'dqdt' 'q' rate");
     s.rate = "dqdt,dqdt";
     dataset_refused(&s, AD_E_ARGUMENT, "column 3 twice");
+    files_write_text("rates.csv", "q,p,dqdt,q\n1,2,3,4\n"); /* equal names apart */
+    s.state = s.rate = NULL;
+    dataset_refused(&s, AD_E_INPUT, "'q' differ number");
 }
 
 static void test_refused(void **state)
