@@ -36,6 +36,28 @@ static void test_some_operands(void **state)
     }
 }
 
+/* Along the seed of a gradient alone it is linear. */
+static void test_seed(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < n_scan_cases; i++) {
+        struct scan_made m = scan_make(&scan_cases[i], AD_F64, 5, 2, false);
+        ad_var c = ad_input(m.tape, 1, 1, "c"), one = ad_scalar(m.tape, 1), g[12], along, size[2];
+        ad_grad(ad_mul(c, m.y), m.n, m.x, g);
+        assert_int_equal(ad_jvp(g[m.n - 1], 1, &c, &one, &along), AD_OK);
+        size[0] = ad_sum(ad_square(g[m.n - 1]));
+        size[1] = ad_sum(ad_square(ad_sub(ad_mul(c, along), g[m.n - 1])));
+        ad_program *p = compile(m.tape, 2, size);
+        scan_set_all(p, &m, 17);
+        ad_set(p, c, (const double[]){1.7});
+        ad_run(p);
+        const double *all = ad_data(p, size[0]), *apart = ad_data(p, size[1]);
+        assert_true(*all > 0 && *apart < 1e-26 * *all);
+        ad_program_free(p);
+        ad_tape_free(m.tape);
+    }
+}
+
 /* <u, J v> = <J^T u, v>, and the same of the gradient: forward over reverse. */
 static void test_directions(void **state)
 {
@@ -188,11 +210,9 @@ static void test_infinite_where_unused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_some_operands),
-        cmocka_unit_test(test_directions),
-        cmocka_unit_test(test_jacobian),
-        cmocka_unit_test(test_direct),
-        cmocka_unit_test(test_infinite_where_unused),
+        cmocka_unit_test(test_some_operands), cmocka_unit_test(test_directions),
+        cmocka_unit_test(test_seed),          cmocka_unit_test(test_jacobian),
+        cmocka_unit_test(test_direct),        cmocka_unit_test(test_infinite_where_unused),
     };
     return cmocka_run_group_tests_name("scan derivatives", tests, NULL, NULL);
 }

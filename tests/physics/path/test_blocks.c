@@ -297,12 +297,39 @@ static void inertia_by_places_is_that_by_slices(void **state)
     phys_system_close(&system);
 }
 
+static ad_var springs(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)t, (void)params;
+    return ad_sum_rows(ad_sub(ad_square(v), ad_square(q)));
+}
+
+/* Of so many coordinates that inner nodes are left to LAPACK: each meets again after pi. */
+static void many_inner_nodes_are_left_to_lapack(void **state)
+{
+    (void)state;
+    enum { MANY = 70 };
+    const struct phys_scene scene = scene_of("springs", MANY, springs, SLICES, 3.5 / 8, NULL);
+    struct phys_system system = {.scene = &scene, .dof = MANY};
+    struct phys_path_settings settings = phys_path_defaults(&system);
+    struct phys_spectrum found;
+    struct ad_error error = {0};
+    static const double rest[2 * MANY * SLICES] = {0};
+    settings.rule = phys_rule_find("gauss4", &error);
+    phys_path_spectrum(&system, &settings, rest, &found, &error);
+    assert_no_error(&error);
+    assert_int_equal(found.index, MANY);
+    assert_int_equal(found.n_conjugate, MANY);
+    assert_close(found.conjugate[0].time, M_PI, 0, found.conjugate[0].error + 1e-4);
+    phys_spectrum_free(&found);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(damped_equations_are_solved),
                                        cmocka_unit_test(a_band_solves_what_blocks_do),
                                        cmocka_unit_test(reduced_elements_are_solved),
                                        cmocka_unit_test(singular_inner_nodes_leave_a_band),
-                                       cmocka_unit_test(inertia_by_places_is_that_by_slices)};
+                                       cmocka_unit_test(inertia_by_places_is_that_by_slices),
+                                       cmocka_unit_test(many_inner_nodes_are_left_to_lapack)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
