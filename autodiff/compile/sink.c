@@ -1,7 +1,7 @@
 /* Sinks values to a later level: one that is read lane by lane only in later segments is computed
    in the first of these, unless that keeps more values in memory than it saves. It then never
    passes through memory. In a gradient these are the factors of the chain rule that depend on the
-   forward pass alone.
+   forward pass alone, and adjoints of time differences, whose operand is complete early.
 
    First-order gradients gain nothing; the product of a gas's Hessian with a vector, with some
    seventy values of pairs x slices, is 1.8 times as fast, compiled (where it would run out of
@@ -43,7 +43,8 @@ static void note_uses(const struct graph *g, uint32_t i, const uint32_t *level, 
 static bool can_wait(const struct graph *g, uint32_t i, const struct uses *u)
 {
     const struct value *v = &g->values[i];
-    return ad_ops[v->op].elementwise && !(v->flags & VALUE_OUTPUT) && !u->whole;
+    return (ad_ops[v->op].elementwise || is_stencil(v->op)) && !(v->flags & VALUE_OUTPUT) &&
+           !u->whole;
 }
 
 /* How many values of v's size would have to live until `level` for v, counted up to a few. An

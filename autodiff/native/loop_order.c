@@ -47,7 +47,7 @@ static uint32_t lanes_of(size_t element, uint32_t extent, size_t bytes)
 
 bool ad_native_is_literal(const struct loop_order *w)
 {
-    enum { MOST = 256 }; /* instructions */
+    enum { MOST = 640 }; /* instructions */
     const struct segment *g = &w->segment;
     return !w->along_rows && g->rows <= MAX_LITERAL_ROWS && g->rows * g->count <= MOST &&
            !(g->by_rows && g->chunks > 1);

@@ -7,7 +7,7 @@
    loop computes some columns again. */
 #include "writer.h"
 
-enum { MOST_ROWS = MAX_PLACES, MOST_TOGETHER = 512 }; /* instructions */
+enum { MOST_ROWS = MAX_PLACES, MOST_TOGETHER = 1024 }; /* instructions */
 
 /* Rows of memory that the segments of a loop read or write. */
 struct row {

@@ -130,7 +130,8 @@ static void test_elementwise_runs_are_one_segment(void **state)
 }
 
 /* sin x is needed with the second product alone: it is computed there, and not kept until then.
-   exp x is read by a product as well, so it is kept, whoever else reads it. */
+   exp x is read by a product as well, so it is kept, whoever else reads it. An adjoint of
+   differences waits as sin x does. */
 static void test_values_wait(void **state)
 {
     (void)state;
@@ -141,8 +142,30 @@ static void test_values_wait(void **state)
     ad_var waits = ad_mul(s, xxx), kept = ad_mul(e, ad_matmul(e, false, x, false));
     assert_int_equal(info_of(t, 1, &waits).segments, 3);
     assert_int_equal(info_of(t, 1, &kept).segments, 3);
+    ad_var adjoint = ad_mul(ad_diff_adjoint(x, 1, true, N), xxx);
+    assert_int_equal(info_of(t, 1, &adjoint).segments, 3);
     size_t alone = info_of(t, 1, &xxx).value_bytes, bytes = info_of(t, 1, &waits).value_bytes;
     assert_true(bytes < alone + (N * N + N * N / 2) * sizeof(double));
+    ad_tape_free(t);
+}
+
+/* The derivative of a force along u passes its factors on to each coordinate: they multiply the
+ * sum. */
+static void test_factors_come_out_of_sums(void **state)
+{
+    (void)state;
+    enum { DIMENSIONS = 3 };
+    ad_tape *t = ad_tape_new(AD_F64);
+    ad_var x[DIMENSIONS], g[DIMENSIONS], h[DIMENSIONS], r = ad_scalar(t, 0), along = r;
+    for (size_t k = 0; k < DIMENSIONS; k++) {
+        x[k] = ad_input(t, 1, 8, NULL);
+        r = ad_add(r, ad_square(x[k]));
+    }
+    ad_grad(ad_sum(ad_recip(r)), DIMENSIONS, x, g);
+    for (size_t k = 0; k < DIMENSIONS; k++)
+        along = ad_add(along, ad_mul(g[k], ad_input(t, 1, 8, NULL)));
+    ad_grad(ad_sum(along), DIMENSIONS, x, h);
+    assert_int_equal(info_of(t, DIMENSIONS, h).instructions, 27);
     ad_tape_free(t);
 }
 
@@ -308,6 +331,7 @@ int main(void)
         cmocka_unit_test(test_constants_are_folded),
         cmocka_unit_test(test_elementwise_runs_are_one_segment),
         cmocka_unit_test(test_values_wait),
+        cmocka_unit_test(test_factors_come_out_of_sums),
         cmocka_unit_test(test_products_add_themselves),
         cmocka_unit_test(test_reciprocals_are_reused),
         cmocka_unit_test(test_sums_take_their_products),
