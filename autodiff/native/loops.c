@@ -19,6 +19,7 @@ struct together {
     const ad_program *p;
     struct row rows[MOST_ROWS];
     size_t n, instructions;
+    bool late; /* a column is right in the last vector alone, which computes it again */
 };
 
 static bool is_candidate(const ad_program *p, const struct loop_order *w)
@@ -69,14 +70,27 @@ static bool is_free(const struct together *loop, struct row row, bool same_colum
 }
 
 /* An instruction finds what it reads in the vector of columns at hand, and the one before. An
-   adjoint of differences reads a column further for columns beyond a block, and for the last but
-   one where the last column, which is repeated, fills a vector alone. */
+   adjoint of differences reads a column further for columns beyond a block. */
 static bool reads_behind(const struct loop_order *w, const struct instruction *in)
 {
     const struct segment *g = &w->segment;
-    bool alone = in->loc[3] && g->cols % w->lanes == 1;
-    return in->kind != DO_DIFF &&
-           !(in->kind == DO_DIFF_ADJOINT && (g->before || g->after || alone));
+    return in->kind != DO_DIFF && !(in->kind == DO_DIFF_ADJOINT && (g->before || g->after));
+}
+
+/* An adjoint of differences reads a column further for the last column but one, too: a later vector
+   has that where the last column, which is repeated, fills a vector alone. */
+static bool is_late(const struct loop_order *w, const struct instruction *in)
+{
+    return in->kind == DO_DIFF_ADJOINT && in->loc[3] && w->segment.cols % w->lanes == 1;
+}
+
+/* Columns that a later vector computes again have no part in a second sum. */
+static bool adds_columns_up(const ad_program *p, const struct segment *g)
+{
+    bool any = false;
+    for (uint32_t k = 0; k < g->n_sinks; k++)
+        any = any || p->sinks[g->first_sink + k].kind != DO_ADD_ROWS;
+    return any;
 }
 
 /* Operand k of an instruction, or its result, allows its segment to join; `rows` takes the rows. */
@@ -102,10 +116,14 @@ static bool join(struct together *loop, const struct loop_order *w)
     const struct segment *g = &w->segment;
     const struct instruction *first = loop->p->instructions + g->first;
     size_t n = loop->n;
-    for (const struct instruction *in = first; in < first + g->count; in++)
+    for (const struct instruction *in = first; in < first + g->count; in++) {
+        loop->late = loop->late || is_late(w, in);
         for (uint32_t k = 0; k <= in->n_in; k++)
             if (!joins(loop, w, in, k, loop->rows, &n))
                 return false;
+    }
+    if (loop->late && adds_columns_up(loop->p, g))
+        return false;
     loop->n = n;
     loop->instructions += (size_t)g->rows * g->count;
     return loop->instructions <= MOST_TOGETHER;

@@ -54,8 +54,8 @@ size_t ad_native_vector_bytes(const ad_program *program);
 /* Writes types, loads, stores and operations for vectors of `lanes`. */
 void ad_native_vectors(FILE *out, const ad_program *program, uint32_t lanes);
 
-/* Whether vectors of results that no segment reads are stored past the caches, which what the
-   program holds would fill. */
+/* Whether what the program holds would fill the caches: vectors of results that no segment reads
+   are stored past them, and rows are fetched ahead. */
 bool ad_native_streams(const ad_program *program);
 
 /* Writes function s<number>, of type ad_segment_code, or j<number of the first> of n segments in

@@ -238,6 +238,13 @@ void ad_native_fetch(struct writer *w, const struct loc *l)
         write_load(w, l);
 }
 
+/* The processor fetches ahead within a page alone, and a vector takes each row from another. */
+const char *ad_native_loads(const struct writer *w, const struct loc *l)
+{
+    bool far = l->base == BASE_MEMORY && w->walk->lanes > 1 && ad_native_streams(w->p);
+    return far ? "ahead@(" : "load@(";
+}
+
 static void write_load(struct writer *w, const struct loc *l)
 {
     const struct array *array = reads_array(w, l) ? array_of(w, l) : NULL;
@@ -246,7 +253,7 @@ static void write_load(struct writer *w, const struct loc *l)
     } else if (w->walk->along_rows) {
         write_load_along_rows(w, l);
     } else {
-        ad_native_say(w, l->cs ? "load@(" : "splat@(");
+        ad_native_say(w, l->cs ? ad_native_loads(w, l) : "splat@(");
         ad_native_address(w, l);
         ad_native_say(w, ")");
     }

@@ -122,8 +122,8 @@ static void write_diff(struct writer *w, const struct instruction *in, uint32_t 
     for (w->k = from; w->k < to; w->k++) {
         ad_native_say(w, "const char *x%u_%u = ", x, w->k);
         ad_native_address(w, &w->p->locs[in->loc[1]]);
-        ad_native_say(w, "; V@ h%u_%u = load@(x%u_%u), n%u_%u = load@(x%u_%u + sizeof(R));\n", x,
-                      w->k, x, w->k, x, w->k, x, w->k);
+        ad_native_say(w, "; V@ h%u_%u = %sx%u_%u), n%u_%u = load@(x%u_%u + sizeof(R));\n", x, w->k,
+                      ad_native_loads(w, &w->p->locs[in->loc[1]]), x, w->k, x, w->k, x, w->k);
     }
     if (!in->loc[3])
         return;

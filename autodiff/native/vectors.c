@@ -46,6 +46,7 @@ static const char for_vectors[] =
     "typedef R U@ __attribute__((vector_size(@ * sizeof(R)), aligned(1), may_alias));\n"
     "#define load@(p) ((V@)*(const U@ *)(p))\n"
     "#define store@(p, v) (*(U@ *)(p) = (v))\n"
+    "static inline V@ ahead@(const char *p) { __builtin_prefetch(p + 2048); return load@(p); }\n"
     "#ifdef __AVX__\n"
     "static inline void stream@(char *p, V@ v) { if ((size_t)p % sizeof v) store@(p, v);"
     " else __asm__(\"vmovntps %1, %0\" : \"=m\"(*(U@ *)p) : \"v\"(v)); }\n"

@@ -84,6 +84,8 @@ void ad_native_address(const struct writer *w, const struct loc *l);
    it. */
 void ad_native_remember(struct writer *w, struct place place);
 void ad_native_fetch(struct writer *w, const struct loc *l);
+/* The beginning of a load of columns: of what is far away with those to come. */
+const char *ad_native_loads(const struct writer *w, const struct loc *l);
 /* Whether anything reads the row of a value from memory, or a register is enough. */
 bool ad_native_is_read(const struct writer *w, uint32_t value, uint8_t base, size_t at);
 /* Byte where the row of a location begins. */
