@@ -276,7 +276,7 @@ static const struct planned_job {
     {"newton of 1e8 slices", 781250, 128 * 4000, 2},
     {"ensemble of 1e5 members", 1e5, 1e9, 3},
 };
-enum { THREE_BODIES = 6, GROUPS = 64 }; /* of members, for each rank */
+enum { THREE_BODIES = 6 };
 
 static struct traffic sending(const struct planned_job *job, const struct network *net,
                               double ranks)
@@ -288,8 +288,9 @@ static struct traffic sending(const struct planned_job *job, const struct networ
         gradient(&t, net, ranks, job->blocks, THREE_BODIES);
     else if (job->kind == 2)
         newton(&t, net, ranks, job->blocks, THREE_BODIES);
-    else if (ranks > 1) /* rank 0 deals out groups of members, one after another */
-        t.seconds = fmin(job->blocks, GROUPS * ranks) * net->latency;
+    else if (ranks > 1) /* rank 0 deals out groups of members, one after another (ad_ranks_deal) */
+        t.seconds = fmin(job->blocks, 4 * ranks * (1 + fmax(0, log(job->blocks / (4 * ranks))))) *
+                    net->latency;
     return t;
 }
 

@@ -11,11 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-enum {
-    SHARE = 128 /* members of a thread at most */,
-    SHARES = 8 /* of each rank at least */,
-    SERIES_DOF = 32 /* beyond, dop853 costs less */
-};
+enum { SERIES_DOF = 32 /* beyond, dop853 costs less */ };
 static const double default_tolerance = 1e-9;
 static const double worth = 0.3; /* seconds of all members that pay for compiling */
 
@@ -25,15 +21,16 @@ struct team {
     struct ensemble_task task;
     size_t threads;
     struct ensemble_queue queue;
-    size_t share;                    /* members that a rank takes at a time */
+    bool last;                       /* none comes after the queue */
+    size_t share;                    /* members that a rank begins at a time */
     struct ensemble_worker **worker; /* [threads] */
 };
 
 static void run_worker(void *context, size_t thread, size_t k)
 {
     struct team *team = context;
-    (void)k;
-    phys_ensemble_run(team->worker[thread], &team->queue);
+    (void)thread; /* that may run several of them */
+    phys_ensemble_run(team->worker[k], &team->queue, team->last);
 }
 
 /* The method, and the tolerance of each member's steps. */
@@ -83,16 +80,7 @@ static void run_first(const struct team *team)
     e->vectors = at_once != 1 && e->n > 1 && phys_ensemble_worker_join(team->worker[0], pays);
 }
 
-/* As many as keep all places busy but at the end, and all ranks. */
-static size_t share_of(const struct team *team)
-{
-    const size_t ranks = team->task.settings->ranks->count,
-                 places = team->threads * AD_SERIES_POINTS;
-    const size_t share = team->task.ensemble->n / (SHARES * ranks) / places * places;
-    return share < places ? places : share < SHARE * team->threads ? share : SHARE * team->threads;
-}
-
-/* Members of one share; the result is the rank. */
+/* Begins the members of one share, and goes on with those before; the result is the rank. */
 static enum ad_status run_share(void *context, size_t k, void *rank, struct ad_error *error)
 {
     struct team *team = context;
@@ -108,15 +96,21 @@ static enum ad_status run_ranks(struct team *team, struct ad_error *error)
 {
     struct phys_ensemble *e = team->task.ensemble;
     struct ad_ranks *ranks = team->task.settings->ranks;
-    const size_t share = team->share = share_of(team), shares = (e->n + share - 1) / share;
+    const size_t share = team->share = 2 * team->threads * AD_SERIES_POINTS,
+                 shares = (e->n + share - 1) / share;
     size_t *rank = calloc(shares, sizeof *rank);
     if (!rank)
         ad_fail(error, AD_E_MEMORY, "out of memory");
     if (ad_ranks_agree(ranks, error) == AD_OK)
         ad_ranks_deal(ranks, shares, sizeof *rank, run_share, team, rank, error);
-    for (size_t k = 0; k < shares && error->status == AD_OK; k++) {
-        size_t end = (k + 1) * share;
-        phys_ensemble_share(&team->task, rank[k], k * share, end < e->n ? end : e->n, error);
+    team->queue = (struct ensemble_queue){0};
+    team->last = true;
+    ad_parallel(team->threads, team->threads, run_worker, team);
+    for (size_t k = 0, next; k < shares && error->status == AD_OK; k = next) {
+        for (next = k + 1; next < shares && rank[next] == rank[k];)
+            next++;
+        phys_ensemble_share(&team->task, rank[k], k * share, next < shares ? next * share : e->n,
+                            error);
     }
     double going = !e->interrupted;
     ad_ranks_least(ranks, 1, &going, error);
@@ -142,6 +136,7 @@ static enum ad_status run_all(struct team *team, struct ad_error *error)
         for (size_t k = 1; k < threads && e->vectors; k++)
             phys_ensemble_worker_join(team->worker[k], false);
         team->queue.end = team->task.ensemble->n;
+        team->last = !ranks;
         if (ranks)
             run_ranks(team, error);
         else

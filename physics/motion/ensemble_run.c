@@ -197,7 +197,7 @@ static bool enter_next(struct ensemble_worker *w, struct ensemble_place *place,
     return place->taken;
 }
 
-static void run_together(struct ensemble_worker *w, struct ensemble_queue *queue)
+static void run_together(struct ensemble_worker *w, struct ensemble_queue *queue, bool last)
 {
     size_t busy;
     do {
@@ -217,7 +217,7 @@ static void run_together(struct ensemble_worker *w, struct ensemble_queue *queue
         }
         if (busy > 0)
             step_together(w);
-    } while (busy > 0);
+    } while (busy == AD_SERIES_POINTS || (last && busy > 0));
 }
 
 void phys_ensemble_run_first(struct ensemble_worker *w)
@@ -226,10 +226,10 @@ void phys_ensemble_run_first(struct ensemble_worker *w)
     phys_place_run(&w->place[0]);
 }
 
-void phys_ensemble_run(struct ensemble_worker *w, struct ensemble_queue *queue)
+void phys_ensemble_run(struct ensemble_worker *w, struct ensemble_queue *queue, bool last)
 {
     if (w->points)
-        run_together(w, queue);
+        run_together(w, queue, last);
     else
         while (enter_next(w, &w->place[0], queue))
             phys_place_run(&w->place[0]);

@@ -47,10 +47,11 @@ void phys_ensemble_worker_free(struct ensemble_worker *worker); /* takes NULL */
 bool phys_ensemble_worker_join(struct ensemble_worker *worker, bool build);
 /* Member 0 alone. */
 void phys_ensemble_run_first(struct ensemble_worker *worker);
-/* Members of the queue until there are none; where errors are measured, each again at a hundredth
-   of its tolerance, and from the beginning with a smaller one while it errs by too much. Results
-   are those of each alone. After an interruption the rest have none. */
-void phys_ensemble_run(struct ensemble_worker *worker, struct ensemble_queue *queue);
+/* Members of the queue until there are none; unless it is the last one, the motions in other places
+   go on in the next call when the first has ended. Where errors are measured, each again at a
+   hundredth of its tolerance, and from the beginning with a smaller one while it errs by too much.
+   Results are those of each alone. After an interruption the rest have none. */
+void phys_ensemble_run(struct ensemble_worker *worker, struct ensemble_queue *queue, bool last);
 
 /* Whether errors are. */
 static inline bool phys_ensemble_measures(const struct ensemble_task *task)

@@ -2,6 +2,7 @@
    fail and crossings of their own. */
 #include "tests/physics/systems.h"
 #include "tests/close.h"
+#include "tests/native.h"
 #include "tests/ranks.h"
 #include "physics/motion/ensemble.h"
 
@@ -15,7 +16,7 @@ struct job {
     struct phys_system system;
     struct phys_motion_settings motion;
     double values[N * 3];
-    size_t threads;
+    size_t threads, at_once;
     struct phys_ensemble ensemble[MOST];
     struct ad_error error[MOST];
 };
@@ -32,7 +33,7 @@ static void solve(void *context, struct ad_ranks *ranks)
                                                     .values = j->values,
                                                     .motion = &j->motion,
                                                     .threads = j->threads,
-                                                    .at_once = 1,
+                                                    .at_once = j->at_once,
                                                     .ranks = ranks};
     phys_ensemble_solve(&j->system, &settings, &j->ensemble[rank], &j->error[rank]);
 }
@@ -79,17 +80,20 @@ static void test_same_bits(void **state)
         j.values[3 * i] = 0.3 + fmod(0.618033988 * (double)i, 1);
         j.values[3 * i + 2] = i % 37 == 5 ? 0 : 0.4 + fmod(0.7548776662 * (double)i, 1);
     }
+    j.at_once = 1;
     solve(&j, NULL);
     struct phys_ensemble alone = j.ensemble[0];
     assert_int_equal(j.error[0].status, AD_OK);
     assert_in_range(alone.failed, 1, 5); /* fall to the centre */
-    for (size_t count = 1; count <= MOST; count++) {
+    for (size_t k = 0; k < 2 * MOST; k++) {
+        const size_t count = k % MOST + 1;
         j.threads = count % 2 + 1;
+        j.at_once = 1 + k / MOST; /* one by one; several by machine code, which shares do not end */
         with_ranks(count, solve, &j);
-        for (size_t k = 0; k < count; k++) {
-            assert_string_equal(j.error[k].message, "");
-            compare(&j.ensemble[k], &alone);
-            phys_ensemble_free(&j.ensemble[k]);
+        for (size_t rank = 0; rank < count; rank++) {
+            assert_string_equal(j.error[rank].message, "");
+            compare(&j.ensemble[rank], &alone);
+            phys_ensemble_free(&j.ensemble[rank]);
         }
     }
     phys_ensemble_free(&alone);
@@ -99,5 +103,5 @@ static void test_same_bits(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_same_bits)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, native_share_cache, native_remove_cache);
 }
