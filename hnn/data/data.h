@@ -86,7 +86,7 @@ struct hnn_dataset_settings {
     const char *inputs, *controls;
     /* Not NULL: all ranks read together. Of a file each holds its share of the samples
        (hnn_samples_share), 1 byte a row besides, and until it has read 8 for the time and 8 for the
-       trial; of columns, pipes and with skip_missing, all. */
+       trial; of columns and pipes, all. */
     struct ad_ranks *ranks;
 };
 

@@ -111,8 +111,8 @@ enum ad_status hnn_samples_take(struct ad_ranks *ranks, const struct hnn_samples
 bool hnn_share_possible(const struct hnn_dataset_settings *s, const char *file)
 {
     struct stat status;
-    return s->ranks && s->ranks->count > 1 && !s->skip_missing && file &&
-           stat(file, &status) == 0 && S_ISREG(status.st_mode); /* a pipe is read once */
+    return s->ranks && s->ranks->count > 1 && file && stat(file, &status) == 0 &&
+           S_ISREG(status.st_mode); /* a pipe is read once */
 }
 
 /* Ranks that read other files would train towards something else. */
@@ -155,18 +155,21 @@ enum ad_status hnn_share_read(const struct hnn_dataset_settings *s, struct hnn_p
     size_t at = 0;
     if (hnn_source_open(table->file, s->skip_rows, &source, error) != AD_OK)
         return error->status;
+    source->skip_missing = s->skip_missing;
     table->from = 0;
-    for (size_t rows = 1; rows; at += rows) {
+    for (size_t rows = 1, kept; rows; at += kept) {
         bool wanted = false;
         for (size_t k = 0; k < parts; k++)
             wanted |= needs(&part[k], at);
         for (size_t k = 0; k < table->plan.n; k++)
-            table->reads[k] = (wanted || at == 0) && !hnn_table_whole(table, k);
-        if (hnn_table_next(table, source, at, &rows, error) != AD_OK || at + rows > table->rows)
+            table->reads[k] =
+                s->skip_missing || ((wanted || at == 0) && !hnn_table_whole(table, k));
+        if (hnn_table_next(table, source, at, &rows, &kept, NULL, error) != AD_OK ||
+            at + kept > table->rows)
             break;
         if (wanted)
-            take_until(s, part, parts, at + rows);
-        hnn_table_slide(table, at + rows, table->before + table->after);
+            take_until(s, part, parts, at + kept);
+        hnn_table_slide(table, at + kept, table->before + table->after);
     }
     hnn_source_close(source);
     if (error->status == AD_OK && at != table->rows)

@@ -73,20 +73,26 @@ static enum ad_status make_room(struct hnn_table *table, struct ad_error *error)
     return AD_OK;
 }
 
-/* Leaves out those of `rows` new rows that lack a value, where the source has not; from[i] is where
-   row i was among them. */
-static size_t leave_out_missing(const struct hnn_table *table, size_t rows,
-                                size_t from[PHYS_CSV_ROWS])
+/* Row `at` of column k, for which there is room. */
+static double *place_of(const struct hnn_table *table, size_t k, size_t at)
+{
+    return table->column[k] + (hnn_table_whole(table, k) ? at : at - table->from);
+}
+
+/* Leaves out those of `rows` new rows from `at` on that lack a value, where the source has not;
+   from[i], of `from` that is not NULL, is where row i was among them. */
+static size_t leave_out_missing(const struct hnn_table *table, size_t at, size_t rows, size_t *from)
 {
     size_t kept = 0;
     for (size_t i = 0; i < rows; i++) {
         bool missing = false;
         for (size_t k = 0; k < table->plan.n; k++) {
-            double *column = table->column[k] + table->rows;
+            double *column = place_of(table, k, at);
             column[kept] = column[i];
             missing |= isnan(column[i]) != 0;
         }
-        from[kept] = i;
+        if (from)
+            from[kept] = i;
         kept += !missing;
     }
     return kept;
@@ -141,28 +147,28 @@ static enum ad_status look_at_times(struct hnn_table *table, const struct hnn_so
 }
 
 enum ad_status hnn_table_next(struct hnn_table *table, struct hnn_source *source, size_t at,
-                              size_t *rows, struct ad_error *error)
+                              size_t *rows, size_t *kept, size_t *from, struct ad_error *error)
 {
     double **to = calloc(source->columns, sizeof *to);
-    *rows = 0;
+    *rows = *kept = 0;
     if (!to)
         return no_memory(table, error);
     for (size_t k = 0; k < table->plan.n; k++)
         if (table->reads[k])
-            to[table->plan.column[k]] =
-                table->column[k] + (hnn_table_whole(table, k) ? at : at - table->from);
-    source->kind->read(source, PHYS_CSV_ROWS, to, rows, error);
+            to[table->plan.column[k]] = place_of(table, k, at);
+    if (source->kind->read(source, PHYS_CSV_ROWS, to, rows, error) == AD_OK)
+        *kept = source->skip_missing ? leave_out_missing(table, at, *rows, from) : *rows;
     free(to);
     return error->status;
 }
 
 /* After the first read, which tells how many rows HDF5 has, those of ranks' shares alone tell
-   trajectories and inputs. */
-static void end_first_read(struct hnn_table *table)
+   trajectories and inputs, and all which rows lack a value. */
+static void end_first_read(struct hnn_table *table, bool all)
 {
     const struct hnn_plan *plan = &table->plan;
     for (size_t k = 0; k < plan->n; k++)
-        table->reads[k] = hnn_table_whole(table, k);
+        table->reads[k] = all || hnn_table_whole(table, k);
     for (size_t k = 0; k < plan->inputs; k++)
         table->reads[plan->slot[plan->input[k]]] = true;
 }
@@ -180,20 +186,19 @@ static void add_fingerprint(struct hnn_table *table, size_t rows)
 static enum ad_status read_rows(struct hnn_table *table, struct hnn_source *source,
                                 struct ad_error *error)
 {
-    size_t *from = malloc(PHYS_CSV_ROWS * sizeof *from), rows = 1;
+    size_t *from = malloc(PHYS_CSV_ROWS * sizeof *from), rows = 1, kept;
     if (!from)
         no_memory(table, error);
     for (size_t i = 0; from && i < PHYS_CSV_ROWS; i++)
         from[i] = i;
     while (rows && error->status == AD_OK && make_room(table, error) == AD_OK &&
-           hnn_table_next(table, source, table->rows, &rows, error) == AD_OK) {
-        size_t kept = source->skip_missing ? leave_out_missing(table, rows, from) : rows;
+           hnn_table_next(table, source, table->rows, &rows, &kept, from, error) == AD_OK) {
         table->missing += rows - kept;
         table->rows += kept;
         look_at_times(table, source, kept, from, error);
         if (table->shared) {
-            add_fingerprint(table, rows);
-            end_first_read(table);
+            add_fingerprint(table, kept);
+            end_first_read(table, source->skip_missing);
             hnn_table_slide(table, table->rows, 1);
         }
     }

@@ -91,9 +91,11 @@ const double *hnn_table_column(const struct hnn_table *table, size_t column);
 const double *hnn_table_row(const struct hnn_table *table, size_t column, size_t row);
 /* Of tables shared: a column that is held whole. */
 bool hnn_table_whole(const struct hnn_table *table, size_t k);
-/* The next rows, of columns k for which `reads` is true, become rows `at` and on. */
+/* The next rows, of columns k for which `reads` is true, become rows `at` and on: those `kept` that
+   lack no value, where rows are left out for that. from (may be NULL): which of the rows they were.
+ */
 enum ad_status hnn_table_next(struct hnn_table *table, struct hnn_source *source, size_t at,
-                              size_t *rows, struct ad_error *error);
+                              size_t *rows, size_t *kept, size_t *from, struct ad_error *error);
 /* Of tables shared: of the rows before `at` the last `keep` stay. */
 void hnn_table_slide(struct hnn_table *table, size_t at, size_t keep);
 /* Counts a use down; after the last one the column is freed. */
@@ -134,7 +136,7 @@ enum ad_status hnn_samples_make(const struct hnn_dataset_settings *settings,
 
 /* ---- shares of ranks (data_share.c) ---- */
 
-/* Whether ranks can each read a share: it is in a file, and no row is left out. */
+/* Whether ranks can each read a share: it is in a file. */
 bool hnn_share_possible(const struct hnn_dataset_settings *settings, const char *file);
 /* All ranks have read a table; AD_E_INPUT: another one. */
 enum ad_status hnn_share_agree(const struct hnn_dataset_settings *settings,

@@ -105,7 +105,7 @@ static void check(struct job *job)
             check_held(job, &read->train, &one.train, count);
             check_held(job, &read->test, &one.test, count);
             assert_true(read->trials == one.trials && read->gaps == one.gaps &&
-                        read->varied == one.varied);
+                        read->varied == one.varied && read->missing == one.missing);
             hnn_dataset_free(&job->read[k]);
         }
     }
@@ -151,9 +151,9 @@ static void test_shares(void **state)
     }
 }
 
-/* Motions from random starts: their lengths, steps of time and inputs differ, and there are gaps.
- */
-static void write_motions(struct path *csv, struct path *hdf5)
+/* Motions from random starts: their lengths, steps of time and inputs differ, and there are gaps;
+   `missing`: and rows that lack a value, of every column. */
+static void write_motions(bool missing, struct path *csv, struct path *hdf5)
 {
     static const char names[] = "run,t,q,p,u,dqdt,dpdt";
     enum { WIDE = 7 };
@@ -174,6 +174,8 @@ static void write_motions(struct path *csv, struct path *hdf5)
         const double q = size * sin(t + phase), p = size * cos(t + phase);
         memcpy(rows + k * WIDE, (double[]){run, t, q, p, floor(20 * chance), p, -q},
                WIDE * sizeof *rows);
+        if (missing && chance > 0.9 && chance < 0.93)
+            rows[k * WIDE + k % WIDE] = (double)NAN;
     }
     files_write_csv(csv->text, names, MOTION_ROWS, WIDE, rows);
     assert_int_equal(phys_hdf5_create(hdf5->text, &file, &error), AD_OK);
@@ -186,7 +188,8 @@ static void write_motions(struct path *csv, struct path *hdf5)
 static void test_motions(void **state)
 {
     (void)state;
-    struct path csv = files_temporary("motions.csv"), hdf5 = files_temporary("motions.h5");
+    struct path csv[] = {files_temporary("motions.csv"), files_temporary("missing.csv")};
+    struct path hdf5[] = {files_temporary("motions.h5"), files_temporary("missing.h5")};
     const struct job jobs[] = {
         {.name = "forward", .data = {.time = "2", .trial = "1"}, .batch = 1003},
         {.name = "forward, lnn", .kind = 7, .data = {.time = "2", .trial = "1"}},
@@ -200,8 +203,16 @@ static void test_motions(void **state)
          .data = {.time = "2", .rollout = 2, .inputs = "2,5", .split = HNN_SPLIT_TRIAL},
          .batch = 1003,
          .hold = true},
+        {.name = "missing",
+         .data = {.time = "2", .trial = "1", .inputs = "2,5", .skip_missing = true},
+         .batch = 1003},
+        {.name = "missing, rollouts", .data = {.time = "2", .rollout = 2, .skip_missing = true}},
+        {.name = "missing, rates", .data = {.rate = "6,7", .skip_missing = true}},
+        {.name = "missing, trials",
+         .data = {.rate = "6,7", .trial = "1", .skip_missing = true, .split = HNN_SPLIT_TRIAL}},
     };
-    write_motions(&csv, &hdf5);
+    for (int missing = 0; missing < 2; missing++)
+        write_motions(missing, &csv[missing], &hdf5[missing]);
     for (size_t i = 0; i < sizeof jobs / sizeof *jobs; i++) {
         struct job job = jobs[i];
         job.kind = job.kind ? job.kind : 1;
@@ -209,7 +220,7 @@ static void test_motions(void **state)
         job.data.state = "3,4";
         job.data.test_fraction = 0.45;
         for (size_t k = 0; k < MOST; k++)
-            job.file[k] = i % 2 ? hdf5.text : csv.text;
+            job.file[k] = (i % 2 ? hdf5 : csv)[job.data.skip_missing].text;
         check(&job);
     }
 }
