@@ -53,6 +53,12 @@ void ad_series_flow(ad_series *series, size_t n, size_t order, double *c);
 /* The same, with what rounding cut off the first row given in the second: it goes into sums and
    differences of two of the elements, and of one and a number. */
 void ad_series_flow_cut(ad_series *series, size_t n, size_t order, double *c);
+/* What rounding cut off the second row, rest [n], to less than a tenth of it, where the first row
+   is c [n], off which it cut `cut` [n]: rates are then known to more digits than c can hold. Exact
+   to first order for arithmetic, square roots, and their inverses and those of their cubes; other
+   functions pass on what was cut off their operands. By the interpreter. */
+void ad_series_rates_cut(ad_series *series, size_t n, const double *c, const double *cut,
+                         double *rest);
 /* Compiles that for n now; false, with the reason in `note` unless NULL. */
 bool ad_series_native(ad_series *series, size_t n, struct ad_error *note);
 /* Whether ad_series_flow runs as machine code now. */

@@ -50,6 +50,7 @@ struct ad_series {
     struct jet *jets;
     size_t n, max;
     double *coefficients;
+    double *low;         /* [n] what rounding cut off coefficients 0 (cut.c) */
     size_t *first_input; /* [n_x]: inputs are the first jets */
     uint32_t *output;    /* the jets of all elements of y, those of y[k] from first_output[k] on */
     size_t *first_output, n_output;

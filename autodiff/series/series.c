@@ -278,9 +278,10 @@ static bool has_kink(const struct ad_series *s, const struct jet *it)
 static enum ad_status allocate(struct ad_series *s)
 {
     s->stride = s->order + 1;
-    if (s->n > SIZE_MAX / sizeof(double) / s->stride)
+    if (s->n > SIZE_MAX / sizeof(double) / (s->stride + 1))
         return AD_E_MEMORY;
-    s->coefficients = calloc(s->n * s->stride, sizeof *s->coefficients);
+    s->coefficients = calloc(s->n * (s->stride + 1), sizeof *s->coefficients);
+    s->low = s->coefficients + s->n * s->stride;
     for (size_t k = 0; s->coefficients && k < s->n; k++) {
         const struct jet *it = &s->jets[k];
         if (it->kind == JET_NUMBER)

@@ -1,12 +1,13 @@
 /* The Taylor series of the motion, as far as the tolerance asks: its order grows with the digits
    wanted, its step with the radius of convergence, both after Jorba and Zou (Experimental
    Mathematics 14 (2005) 99). The series is the dense output. */
+#include "autodiff/exact.h"
 #include "taylor.h"
 
 static size_t work(const struct phys_integrator *integrator, size_t n)
 {
     (void)integrator;
-    return HEADER + (POINTS * (ORDER + 1) + 2) * n;
+    return HEADER + (POINTS * ROWS + 2) * n;
 }
 
 static bool is_about(const struct phys_stepper *s, bool end, double t, const double *y)
@@ -23,10 +24,14 @@ static enum ad_status expand(struct phys_stepper *s, bool end, size_t order, dou
     double *c = coefficients(s, end);
     about->order = 0;
     memcpy(c, y, s->n * sizeof *y);
+    const double *cut = end ? s->next_cut : s->cut;
     s->evaluations += order;
-    if (s->ode->series(s->ode->context, order, t, c, end ? s->next_cut : s->cut, error) == AD_OK)
-        *about = (struct about){order, t};
-    return error->status;
+    if (s->ode->series(s->ode->context, order, t, c, cut, error) != AD_OK)
+        return error->status;
+    if (memory_of(s)->fine)
+        s->ode->rest(s->ode->context, t, y, cut, rests(s, end));
+    *about = (struct about){order, t};
+    return AD_OK;
 }
 
 /* The same of the usual order, or of a lower one where coefficients overflow: next to a singularity
@@ -72,6 +77,9 @@ static enum ad_status longest(struct phys_stepper *s, const struct phys_toleranc
 struct factor {
     double value, slope; /* h^k, k h^k */
 };
+struct orders {
+    size_t first, last;
+};
 typedef double pair __attribute__((vector_size(16)));
 
 static inline pair pair_at(const double *x)
@@ -91,11 +99,11 @@ static void raise(double h, size_t order, struct factor *to)
 }
 
 /* For the components from i on, as many as registers hold. */
-static inline void sum_block(const double *c, size_t n, size_t order, size_t i, size_t pairs,
-                             const struct factor *by, double *sum, double *slope)
+static inline void sum_block(const double *c, size_t n, struct orders orders, size_t i,
+                             size_t pairs, const struct factor *by, double *sum, double *slope)
 {
     pair y[PAIRS] = {{0}}, dy[PAIRS] = {{0}};
-    for (size_t k = order; k > 0; k--)
+    for (size_t k = orders.last; k >= orders.first; k--)
         for (size_t j = 0; j < pairs; j++) {
             pair x = pair_at(c + k * n + i + 2 * j);
             y[j] += x * by[k].value;
@@ -109,14 +117,32 @@ static inline void sum_block(const double *c, size_t n, size_t order, size_t i, 
 
 /* The sums of the terms, smallest first, and their slopes, or NULL. n is even: coordinates and
    velocities. */
-static inline void sum_terms(const double *c, size_t n, size_t order, const struct factor *by,
-                             double *sum, double *slope)
+static inline void sum_terms(const double *c, size_t n, struct orders orders,
+                             const struct factor *by, double *sum, double *slope)
 {
     size_t i = 0;
     for (; i + 2 * PAIRS <= n; i += 2 * PAIRS)
-        sum_block(c, n, order, i, PAIRS, by, sum, slope);
+        sum_block(c, n, orders, i, PAIRS, by, sum, slope);
     for (; i < n; i += 2)
-        sum_block(c, n, order, i, 1, by, sum, slope);
+        sum_block(c, n, orders, i, 1, by, sum, slope);
+}
+
+/* The point at h of the step's series, next, and what rounding cuts off it. */
+static void follow(const struct phys_stepper *s, double h, const struct factor *factors,
+                   double *next, double *next_cut, double *slope)
+{
+    const double *c = coefficients(s, false), *rates = c + s->n, *rest = rests(s, false);
+    sum_terms(c, s->n, (struct orders){2, memory_of(s)->order}, factors, next, slope);
+    for (size_t i = 0; i < s->n; i++) {
+        const double first = h * rates[i], low = ad_off_product(h, rates[i], first) + h * rest[i],
+                     sum = s->y[i] + first,
+                     more = next[i] + ((isfinite(low) ? low : 0) + s->cut[i]) +
+                            ad_off_sum(s->y[i], first, sum);
+        next[i] = sum + more;
+        next_cut[i] = ad_off_sum(sum, more, next[i]);
+        if (slope)
+            slope[i] += first;
+    }
 }
 
 static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *error)
@@ -128,7 +154,12 @@ static enum ad_status step(struct phys_stepper *s, double h, struct ad_error *er
     raise(h, m->order, factors);
     m->h = h;
     m->last_term = m->last * fabs(factors[m->order].value);
-    sum_terms(coefficients(s, false), s->n, m->order, factors, s->next, slopes(s));
+    if (m->fine) {
+        follow(s, h, factors, s->next, s->next_cut, slopes(s));
+        return AD_OK;
+    }
+    sum_terms(coefficients(s, false), s->n, (struct orders){1, m->order}, factors, s->next,
+              slopes(s));
     for (size_t i = 0; i < s->n; i++)
         phys_stepper_sum(s, i, s->next[i]);
     return AD_OK;
@@ -157,7 +188,7 @@ static void at(const struct phys_stepper *s, double theta, double *y)
     struct factor factors[ORDER + 1];
     const size_t order = memory_of(s)->order;
     raise(theta * memory_of(s)->h, order, factors);
-    sum_terms(coefficients(s, false), s->n, order, factors, y, NULL);
+    sum_terms(coefficients(s, false), s->n, (struct orders){1, order}, factors, y, NULL);
     for (size_t i = 0; i < s->n; i++)
         y[i] += s->y[i];
 }

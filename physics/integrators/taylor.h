@@ -8,7 +8,15 @@
 #include <float.h>
 #include <string.h>
 
-enum { ORDER = PHYS_SERIES_MOST, LEAST = 5, USUAL = 22, LOOKS = 4, POINTS = 2, PAIRS = 2 };
+enum {
+    ORDER = PHYS_SERIES_MOST,
+    ROWS = ORDER + 2,
+    LEAST = 5,
+    USUAL = 22,
+    LOOKS = 4,
+    POINTS = 2,
+    PAIRS = 2
+};
 
 /* The series about a point: about the step's start, and about its end, which is the next one's
    start. work: both; [n] slopes at the end of the step's series, times h; [n] what each component
@@ -24,6 +32,7 @@ struct memory {
     size_t order; /* of this step */
     size_t usual; /* order for the tolerance `tol`: see longest */
     double tol, log2_tol;
+    bool fine;   /* rounding is what limits: the first terms are known to more digits */
     double last; /* size of the last coefficients, and that times |h|^order */
     double last_term;
     double h; /* of the step taken */
@@ -35,16 +44,22 @@ static inline struct memory *memory_of(const struct phys_stepper *s)
     return (struct memory *)(void *)s->work;
 }
 
-/* Coefficients [ORDER + 1][n] about the step's start or end; the first row is the point. */
+/* Coefficients [ROWS][n] about the step's start or end; the first row is the point, the last what
+   rounding cut off the second, if `fine`. */
 static inline double *coefficients(const struct phys_stepper *s, bool end)
 {
     size_t which = memory_of(s)->here ^ (size_t)end;
-    return s->work + HEADER + which * (ORDER + 1) * s->n;
+    return s->work + HEADER + which * ROWS * s->n;
+}
+
+static inline double *rests(const struct phys_stepper *s, bool end)
+{
+    return coefficients(s, end) + (ROWS - 1) * s->n;
 }
 
 static inline double *slopes(const struct phys_stepper *s)
 {
-    return s->work + HEADER + POINTS * (ORDER + 1) * s->n;
+    return s->work + HEADER + POINTS * ROWS * s->n;
 }
 
 static inline double *weights(const struct phys_stepper *s) { return slopes(s) + s->n; }
@@ -94,7 +109,9 @@ static inline void phys_taylor_tune(struct phys_stepper *s, const struct phys_to
     if (m->tol != tol) {
         m->tol = tol;
         m->usual = (size_t)fmin(fmax(ceil(-log(tol) / 2 + 7), LEAST), USUAL);
-        m->log2_tol = log2(tol);
+        m->fine = s->ode->rest && tol < 16 * DBL_EPSILON;
+        m->log2_tol = log2(m->fine ? tol / 4 : tol); /* a step errs less than an ulp */
+        m->about[0].order = m->about[1].order = 0;
     }
 }
 

@@ -7,17 +7,13 @@
 
 #include <stdlib.h>
 
-enum {
-    P = AD_SERIES_POINTS,
-    ROWS = ORDER + 1,
-    PARTS = sizeof(struct ad_points_steps) / sizeof(double *)
-};
+enum { P = AD_SERIES_POINTS, PARTS = sizeof(struct ad_points_steps) / sizeof(double *) };
 
 #define EACH_PLACE for (size_t p = 0; p < P; p++)
 
 struct phys_taylor_points *phys_taylor_points_new(const struct phys_ode *model, bool build)
 {
-    const size_t n = model->n, vectors = (2 * ROWS + PARTS + 2) * n;
+    const size_t n = model->n, vectors = (2 * (ORDER + 1) + PARTS + 2) * n;
     struct phys_motion_series *series = phys_ode_motion_series(model);
     struct phys_taylor_points *points = series ? calloc(1, sizeof *points) : NULL;
     if (!points)
@@ -40,7 +36,7 @@ struct phys_taylor_points *phys_taylor_points_new(const struct phys_ode *model, 
     points->zero = next;
     points->within = next + n * P;
     points->at.start = next + 2 * n * P;
-    points->at.end = points->at.start + ROWS * n * P;
+    points->at.end = points->at.start + (ORDER + 1) * n * P;
     return points;
 }
 
@@ -71,9 +67,11 @@ bool phys_taylor_points_put(struct phys_taylor_points *points, size_t p, struct 
     phys_taylor_points_take(points, p);
     if (!series || s->ode->n != points->n || !phys_motion_points_put(points->code, p, series))
         return false;
+    phys_taylor_tune(s, tolerance);
+    if (memory_of(s)->fine)
+        return false;
     points->stepper[p] = s;
     points->tolerance[p] = tolerance;
-    phys_taylor_tune(s, tolerance);
     points->at.share[p] = tolerance->rtol;
     points->at.tolerance[p] = memory_of(s)->tol;
     points->at.worst[p] = (double)s->worst;

@@ -34,7 +34,8 @@ struct phys_taylor_points {
    else only by code that was compiled before. NULL: there is no machine code for it. */
 struct phys_taylor_points *phys_taylor_points_new(const struct phys_ode *model, bool build);
 void phys_taylor_points_free(struct phys_taylor_points *points); /* takes NULL */
-/* False if its ode differs from the model by more than parameters. The tolerance must live as long
+/* False if its ode differs from the model by more than parameters, or its rates are wanted to more
+   digits than points have. The tolerance must live as long
    as the motion is there. */
 bool phys_taylor_points_put(struct phys_taylor_points *points, size_t p, struct phys_stepper *s,
                             const struct phys_tolerance *tolerance);

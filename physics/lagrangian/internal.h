@@ -58,6 +58,10 @@ enum ad_status phys_motion_series_new(phys_motion *motion, size_t order, size_t 
 void phys_motion_series_free(struct phys_motion_series *series); /* takes NULL */
 enum ad_status phys_motion_series(struct phys_motion_series *series, size_t order, double t,
                                   double *c, const double *cut, struct ad_error *error);
+/* What rounding cut off the first coefficients, rest [n], where it cut `cut` off y
+   (ad_series_rates_cut); 0 where the mass matrix is not eliminated in the recording. */
+void phys_motion_series_rest(struct phys_motion_series *series, double t, const double *y,
+                             const double *cut, double *rest);
 /* Whether it runs as machine code now. */
 bool phys_motion_series_compiled(const struct phys_motion_series *series);
 /* Many at once (autodiff/series.h) of series that are alike but for parameters; the first must

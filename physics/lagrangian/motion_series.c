@@ -263,16 +263,36 @@ static inline void copy_or_clear(size_t n, const double *from, double *to)
     }
 }
 
+static size_t length(const struct phys_motion_series *s) { return 2 * s->dof * (1 + s->columns); }
+
+/* Time and parameters of the flow. */
+static void set_others(struct phys_motion_series *s, double t)
+{
+    *s->time = t;
+    for (size_t k = 0; k < s->n_params; k++)
+        phys_motion_parameter(s->motion, k, ad_series_input(s->flow, flow_time(s) + 1 + k, 0));
+}
+
+void phys_motion_series_rest(struct phys_motion_series *series, double t, const double *y,
+                             const double *cut, double *rest)
+{
+    memset(rest, 0, length(series) * sizeof *rest);
+    if (!series->flow)
+        return;
+    set_others(series, t);
+    ad_series_rates_cut(series->flow, length(series), y, cut, rest);
+    if (!is_definite(series))
+        memset(rest, 0, length(series) * sizeof *rest);
+}
+
 enum ad_status phys_motion_series(struct phys_motion_series *series, size_t order, double t,
                                   double *c, const double *cut, struct ad_error *error)
 {
     struct phys_motion_series *s = series;
-    const size_t n = 2 * s->dof * (1 + s->columns);
+    const size_t n = length(s);
     bool good = s->flow;
     if (s->flow) {
-        *s->time = t;
-        for (size_t k = 0; k < s->n_params; k++)
-            phys_motion_parameter(s->motion, k, ad_series_input(s->flow, flow_time(s) + 1 + k, 0));
+        set_others(s, t);
         copy_or_clear(n, cut, c + n);
         ad_series_flow_cut(s->flow, n, order, c);
         good = is_definite(s);
@@ -293,8 +313,7 @@ enum ad_status phys_motion_series(struct phys_motion_series *series, size_t orde
 
 ad_points *phys_motion_points(struct phys_motion_series *series, bool build)
 {
-    const size_t n = 2 * series->dof * (1 + series->columns);
-    return series->flow ? ad_points_new(series->flow, n, build, NULL) : NULL;
+    return series->flow ? ad_points_new(series->flow, length(series), build, NULL) : NULL;
 }
 
 bool phys_motion_points_put(ad_points *points, size_t p, const struct phys_motion_series *series)

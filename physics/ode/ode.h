@@ -34,6 +34,9 @@ struct phys_ode {
        most PHYS_SERIES_MOST; cut [n]: what rounding cut off y, or NULL. NULL: not known. */
     enum ad_status (*series)(void *context, size_t order, double t, double *c, const double *cut,
                              struct ad_error *error);
+    /* rest [n]: what rounding cut off the first coefficients where it cut `cut` [n] off y; NULL:
+       not known. */
+    void (*rest)(void *context, double t, const double *y, const double *cut, double *rest);
     /* The halves are conjugate (up to a constant linear map), so that symplectic methods preserve
        the symplectic form of mechanics. */
     bool canonical;
@@ -52,7 +55,7 @@ struct phys_ode {
     void (*free)(void *context); /* or NULL */
     /* Moves y [n] onto constraints, after each step of a method; NULL: there are none. */
     enum ad_status (*project)(void *context, double t, double *y, struct ad_error *error);
-    void *reserved[7]; /* NULL: room for what later releases add */
+    void *reserved[6]; /* NULL: room for what later releases add */
 };
 
 /* The Euler-Lagrange equations of any Lagrangian in y = (q, v). They separate if the masses are

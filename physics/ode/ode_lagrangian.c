@@ -81,6 +81,11 @@ static enum ad_status series(void *context, size_t order, double t, double *c, c
     return phys_motion_series(x->series, order, t, c, cut, error);
 }
 
+static void rest(void *context, double t, const double *y, const double *cut, double *off)
+{
+    phys_motion_series_rest(((struct context *)context)->series, t, y, cut, off);
+}
+
 struct phys_motion_series *phys_ode_motion_series(const struct phys_ode *ode)
 {
     return ode->series == series ? ((struct context *)ode->context)->series : NULL;
@@ -162,6 +167,7 @@ enum ad_status phys_ode_lagrangian(const struct phys_system *system, struct phys
             ode->kick = kick;
         ode->canonical = ode->kick && !phys_system_has_forces(system);
         ode->series = series;
+        ode->rest = rest;
     }
     ode->energy = energy;
     ode->interpreted = interpreted;

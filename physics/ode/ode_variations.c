@@ -20,6 +20,11 @@ static enum ad_status series(void *context, size_t order, double t, double *c, c
     return phys_motion_series(x->series, order, t, c, cut, error);
 }
 
+static void rest(void *context, double t, const double *y, const double *cut, double *off)
+{
+    phys_motion_series_rest(((struct context *)context)->series, t, y, cut, off);
+}
+
 /* The first coefficient. */
 static enum ad_status field(void *context, double t, const double *y, double *rate,
                             struct ad_error *error)
@@ -88,6 +93,7 @@ enum ad_status phys_ode_parameters(const struct phys_system *system, size_t colu
                              .n = n,
                              .field = field,
                              .series = series,
+                             .rest = rest,
                              .component = component,
                              .context = x,
                              .free = x ? release : NULL};

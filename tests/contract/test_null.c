@@ -33,6 +33,7 @@ static void test_series(void **state)
     assert_null(ad_points_input(NULL, 0, 0));
     assert_null(ad_points_output(NULL, 0, 0));
     ad_points_flow_cut(NULL, 1, number);
+    ad_series_rates_cut(NULL, 1, number, number, number);
     ad_points_sum(NULL, NULL, 1);
     ad_points_norm(NULL, NULL, 1);
     ad_points_radius(NULL, NULL, 1, 1);

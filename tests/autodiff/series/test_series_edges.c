@@ -2,6 +2,7 @@
 #include "autodiff/series/internal.h"
 #include "tests/close.h"
 
+#include <float.h>
 #include <math.h>
 
 static void test_branches_are_counted_and_taken(void **state)
@@ -236,6 +237,97 @@ static void test_refusals(void **state)
     ad_tape_free(narrow);
 }
 
+/* ---- what rounding cuts off ---- */
+
+enum { CUT_RATES = 12 };
+
+static void record_rates(ad_var x, ad_var *rates)
+{
+    ad_var a = ad_slice_rows(x, 0, 1), b = ad_slice_rows(x, 1, 1), r2 = ad_sum(ad_square(x));
+    ad_var y[CUT_RATES] = {ad_mul(a, b),
+                           ad_div(a, b),
+                           ad_recip(r2),
+                           ad_sqrt(r2),
+                           ad_pow(r2, -1.5),
+                           ad_div(a, ad_sqrt(r2)),
+                           ad_pow(r2, -0.5),
+                           ad_sub(a, b),
+                           ad_add(ad_mul(a, 0.3), ad_mul(b, 0.7)),
+                           ad_sub(ad_square(a), 0.1),
+                           ad_mul(a, ad_pow(ad_sub(ad_square(a), ad_square(b)), 3.0)),
+                           ad_select(ad_sub(a, b), ad_mul(b, r2), a)};
+    *rates = ad_concat_rows(CUT_RATES, y);
+}
+
+static void exact_rates(const long double *x, long double *y)
+{
+    const long double a = x[0], b = x[1],
+                      r2 = a * a + b * b + x[2] * x[2] + x[3] * x[3] + x[4] * x[4] + x[5] * x[5] +
+                           x[6] * x[6] + x[7] * x[7] + x[8] * x[8] + x[9] * x[9] + x[10] * x[10] +
+                           x[11] * x[11],
+                      w = (a - b) * (a + b);
+    const long double rates[CUT_RATES] = {
+        a * b,         a / b,         1 / r2, sqrtl(r2),         1 / (r2 * sqrtl(r2)),
+        a / sqrtl(r2), 1 / sqrtl(r2), a - b,  a * 0.3 + b * 0.7, a * a - 0.1,
+        a * w * w * w, b * r2};
+    memcpy(y, rates, sizeof rates);
+}
+
+/* Rates are known to 1/100 of their rounding, if long double has the digits to tell. */
+static void test_rates_with_what_was_cut_off(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, CUT_RATES, 1, "x"), rates;
+    ad_series *series;
+    double squares[2][CUT_RATES] = {{0}};
+    record_rates(x, &rates);
+    assert_int_equal(ad_series_new(1, &rates, 1, &x, 2, &series), AD_OK);
+    for (size_t trial = 0; trial < 200 && LDBL_MANT_DIG > 60; trial++) {
+        double c[3][CUT_RATES], cut[CUT_RATES], rest[CUT_RATES];
+        long double point[CUT_RATES], exact[CUT_RATES];
+        for (size_t i = 0; i < CUT_RATES; i++) {
+            const double angle = (double)(1 + trial * CUT_RATES + i);
+            c[0][i] = (i == 1 ? 5 : 1.5) + sin(angle);
+            cut[i] = 0x1p-54 * c[0][i] * sin(1.7 * angle);
+            point[i] = (long double)c[0][i] + cut[i];
+        }
+        exact_rates(point, exact);
+        memcpy(c[1], cut, sizeof cut);
+        ad_series_flow_cut(series, CUT_RATES, 2, c[0]);
+        ad_series_rates_cut(series, CUT_RATES, c[0], cut, rest);
+        for (size_t i = 0; i < CUT_RATES; i++)
+            for (size_t with = 0; with < 2; with++) {
+                const long double y = c[1][i] + (with ? (long double)rest[i] : 0);
+                squares[with][i] += pow((double)((y - exact[i]) / exact[i]), 2);
+            }
+    }
+    for (size_t i = 0; i < CUT_RATES && LDBL_MANT_DIG > 60; i++) {
+        const double without = sqrt(squares[0][i] / 200), with = sqrt(squares[1][i] / 200);
+        assert_true(without > 1e-17);
+        assert_true(with < 0.01 * without);
+    }
+    ad_series_free(series);
+    ad_tape_free(tape);
+}
+
+/* Where its own arithmetic overflows, or a root has no derivative, nothing is known to be cut off.
+ */
+static void test_nothing_cut_off_at_the_edges(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, 2, 1, "x"), a = ad_slice_rows(x, 0, 1), b = ad_slice_rows(x, 1, 1),
+           rate = ad_concat_rows(2, (ad_var[]){ad_mul(a, 1e-10), ad_sqrt(b)});
+    ad_series *series;
+    double c[2] = {1e305, 0}, cut[2] = {1e288, 1e-20}, rest[2] = {1, 1};
+    assert_int_equal(ad_series_new(1, &rate, 1, &x, 2, &series), AD_OK);
+    ad_series_rates_cut(series, 2, c, cut, rest);
+    assert_true(rest[0] == 0 && rest[1] == 0);
+    ad_series_free(series);
+    ad_tape_free(tape);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -246,6 +338,8 @@ int main(void)
         cmocka_unit_test(test_common_factors_leave_the_series),
         cmocka_unit_test(test_common_factors_are_found),
         cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_rates_with_what_was_cut_off),
+        cmocka_unit_test(test_nothing_cut_off_at_the_edges),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
