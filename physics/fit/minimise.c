@@ -96,6 +96,15 @@ static enum ad_status descend(struct phys_fitting *s, const struct phys_squares 
     return error->status;
 }
 
+/* By how much Gauss and Newton's step lowers the merit of the linear problem. */
+static double promised(const struct phys_squares *q)
+{
+    double sum = 0;
+    for (size_t k = 0; k < q->n; k++)
+        sum += q->u_r[k] * q->u_r[k];
+    return sum;
+}
+
 enum ad_status phys_fitting_minimise(struct phys_fitting *s, struct phys_fitting_point *here,
                                      bool *met, struct ad_error *error)
 {
@@ -107,13 +116,16 @@ enum ad_status phys_fitting_minimise(struct phys_fitting *s, struct phys_fitting
     phys_fitting_measure(s, error);
     for (int k = 0; k < ITERATIONS && error->status == AD_OK && !*met; k++) {
         struct phys_squares q = {0};
-        double down = 0, before = s->merit;
-        if (phys_squares_new(s->fit->measured, s->fit->n_unknown, s->J, s->r, &q, error) == AD_OK)
+        double down = 0, promise = INFINITY, before = s->merit, variance = before / rows;
+        if (phys_squares_new(s->fit->measured, s->fit->n_unknown, s->J, s->r, &q, error) == AD_OK &&
+            ((promise = promised(&q)) > 1e-8 * variance || s->gap > 1e-4))
             descend(s, &q, here, &down, step, error);
         phys_squares_free(&q);
         s->fit->iterations++;
-        /* what is left is rounding of the motion, or a millionth of a standard deviation */
-        *met = down <= 1e-11 * before + 1e-22 * rows && s->gap <= 1e-4;
+        /* after a step of a thousandth of a standard deviation, or one that gains nothing: more
+           finds rounding of the motion */
+        *met =
+            (promise <= 1e-6 * variance || down <= 1e-11 * before + 1e-22 * rows) && s->gap <= 1e-4;
         if (down == 0) {
             if (error->status == AD_OK)
                 phys_fitting_measure(s, error);

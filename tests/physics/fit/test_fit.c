@@ -63,6 +63,29 @@ static void exact_data_give_the_truth(void **state)
     phys_system_close(&system);
 }
 
+/* A minimum is left where a step promises nothing, although rounding of the motion still moves it:
+   1e-4 of a standard deviation, which steps that gain by chance took for more than 170 iterations.
+ */
+static void a_minimum_is_not_searched_again(void **state)
+{
+    (void)state;
+    static struct measured m;
+    struct phys_random random;
+    struct phys_system system = system_opened("kepler");
+    memset(&m, 0, sizeof m);
+    system_set(&system, "e", 0.6);
+    phys_random_seed(&random, 2);
+    add_trial(&m, &system, (double[]){0.4, 0, 0, 2}, 0, 0.2, 61, (double[]){1e-10, 0}, &random);
+    forget_velocities(&m, 2);
+    const struct phys_fit_settings how = {
+        .size = sizeof how, .n_free = 1, .free = (const char *const[]){"gm"}};
+    struct phys_fit fit = fitted(&system, &m, &how);
+    assert_close(fit.value[0], 1, 1e-7, 0);
+    assert_true(fit.iterations < 100);
+    phys_fit_free(&fit);
+    phys_system_close(&system);
+}
+
 /* Differences from the truth, in the standard deviations that each fit gives, have variance 1; so
    do predictions of what was held out. Noise is known, or found for coordinates and velocities
    apart from each other: few rows, so that wrong degrees of freedom show. */
@@ -291,6 +314,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(exact_data_give_the_truth),
+        cmocka_unit_test(a_minimum_is_not_searched_again),
         cmocka_unit_test(deviations_are_those_of_repeated_fits),
         cmocka_unit_test(what_the_data_cannot_tell_is_named),
         cmocka_unit_test(starts_of_the_scene_are_followed),
