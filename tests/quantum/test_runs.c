@@ -206,6 +206,12 @@ static void stopped_on_the_way(void **state)
     assert_close(result.t[2], 1, 1e-14, 0);
     qm_run_free(&result);
     qm_run_free(&result);
+    const struct qm_gaussian flat[] = {run.packet[0], {.sigma = 0}};
+    run.packets = 2;
+    run.packet = flat;
+    assert_int_equal(qm_run(&run, &result, &error), AD_E_ARGUMENT);
+    assert_non_null(strstr(error.message, "packet 2"));
+    error = (struct ad_error){0};
     run.packets = 0;
     assert_int_equal(qm_run(&run, &result, &error), AD_E_ARGUMENT);
     error = (struct ad_error){0};

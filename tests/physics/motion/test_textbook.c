@@ -324,6 +324,11 @@ static double quickest_descent(void)
     phys_path_line(2, SLICES, ends, path);
     phys_rule_interpolate(settings.rule, 2, SLICES, path);
     assert_int_equal(phys_path_free_time(&system, &settings, 0, path, &info, &error), AD_OK);
+    double q[2], v[2]; /* a motion begins on the cycloid, along it */
+    system_start(&system, 1, q, v);
+    double angle = 2 * asin(q[0] / sqrt(2));
+    assert_close(q[0] * q[1], angle - sin(angle), 1e-12, 0);
+    assert_close((v[0] * q[1] + q[0] * v[1]) / (2 * q[0] * v[0]), tan(angle / 2), 1e-12, 0);
     phys_system_close(&system);
     return settings.dt * (SLICES - 1);
 }
