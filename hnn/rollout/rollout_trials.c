@@ -44,7 +44,6 @@ enum ad_status hnn_task_published_mse(const struct hnn_task *task, double streng
         return error->status;
     AD_OWN(hnn_rollout_settings, settings, reverse, error);
     bool stretches = task->time_stretch > 0 && task->time_stretch != 1;
-    strength = hnn_task_strength(task, strength);
     if ((task->published_energy
              ? phys_ode_hamiltonian(task->published_energy, task->dof, &strength, &energy, error)
              : hnn_task_ode(task, strength, &energy, error)) == AD_OK &&

@@ -1,4 +1,5 @@
 /* Paths on uneven elements: closed forms, and all that is said of them. */
+#include "physics/path/mesh.h"
 #include "physics/path/newton.h"
 #include "physics/path/path_nodes.h"
 #include "tests/physics/published.h"
@@ -315,6 +316,23 @@ static void refusals(void **state)
     close_all(&s);
 }
 
+/* The highest derivative of a parabola on lines changes by as much in each element. */
+static void a_parabola_asks_for_even_elements(void **state)
+{
+    enum { PARTS = 5 };
+    struct ad_error error = {0};
+    const struct phys_grid grid = {phys_rule_find("left", &error), SLICES, 0.1, NULL};
+    const double unit = 1;
+    double path[SLICES], mesh[PARTS + 1], gain;
+    (void)state;
+    for (int i = 0; i < SLICES; i++)
+        path[i] = 0.01 * i * i;
+    assert_int_equal(phys_mesh_place(&grid, path, &unit, 1, PARTS, mesh, &gain, &error), AD_OK);
+    for (int k = 0; k <= PARTS; k++)
+        assert_close(mesh[k], k, 0, 1e-9);
+    assert_close(gain, 0.5, 1e-9, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -323,6 +341,7 @@ int main(void)
         cmocka_unit_test(resampling_between_meshes),
         cmocka_unit_test(estimates_hold_where_elements_are_placed),
         cmocka_unit_test(layers_cost_little),
+        cmocka_unit_test(a_parabola_asks_for_even_elements),
         cmocka_unit_test(refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
