@@ -149,8 +149,7 @@ static void test_values_wait(void **state)
     ad_tape_free(t);
 }
 
-/* The derivative of a force along u passes its factors on to each coordinate: they multiply the
- * sum. */
+/* The derivative of a force along u passes its factors on to each coordinate. */
 static void test_factors_come_out_of_sums(void **state)
 {
     (void)state;
