@@ -1,7 +1,8 @@
 /* Machine code of a series: the coefficients of all jets as C for one point. Values come first
    (coefficients 0, emit_values.c), then the loop over orders (emit_orders.c). Operations and their
    order are those of advance.c. gcc 12 takes wrong lanes where a vector is made of those of a
-   longer one, unless forward propagation is off (flow.c compares the first results in any case). */
+   longer one, unless forward propagation is off (flow.c compares the first results in any case).
+   Scheduling would take a tenth of the time to compile, and processors do it by themselves. */
 #include "emit.h"
 
 #include <stdlib.h>
@@ -85,7 +86,8 @@ static void declare(const struct emit *e, size_t n)
         fprintf(e->out, "typedef double v%u __attribute__((vector_size(%zu)));\n", w,
                 w * sizeof(double));
     fputs("#ifdef __clang__\n#pragma STDC FP_CONTRACT OFF\n#else\n"
-          "#pragma GCC optimize(\"fp-contract=off\", \"no-tree-forwprop\")\n#endif\n",
+          "#pragma GCC optimize(\"fp-contract=off\", \"no-tree-forwprop\", "
+          "\"no-schedule-insns2\")\n#endif\n",
           e->out);
     fputs(e->many ? many_points : one_point, e->out);
     fputs(both, e->out);
