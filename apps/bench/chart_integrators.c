@@ -45,14 +45,17 @@ static double setting_of(const struct contest *contest, const struct phys_integr
     return problem->time / floor(steps * pow(effort->refinement, (double)level) + 0.5);
 }
 
-/* Finer runs of a method that is at rounding already are no better. */
+/* Finer runs of a method that is at rounding already are no better; those of one whose error
+   depends on chance are, after some. */
 static bool exhausted(const struct work_curve *curve)
 {
-    enum { LOOK_BACK = 3 };
-    if (curve->n <= LOOK_BACK)
-        return false;
-    const struct work_point *last = &curve->point[curve->n - 1];
-    return last->error < 1e-9 && last->error > 0.5 * last[-LOOK_BACK].error;
+    enum { LAST = 5 };
+    double before = INFINITY, since = INFINITY;
+    for (size_t k = 0; k < curve->n; k++) {
+        double *least = k + LAST < curve->n ? &before : &since;
+        *least = fmin(*least, curve->point[k].error);
+    }
+    return before < 1e-9 && since > 0.5 * before;
 }
 
 static enum ad_status sweep(struct contest *contest, struct entrant *entrant,
