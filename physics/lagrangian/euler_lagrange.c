@@ -91,6 +91,19 @@ ad_var phys_record_colours(const struct phys_system *system, ad_var q, ad_var v,
                           colour_vectors(q.tape, pattern->n, pattern->colours, pattern->colour));
 }
 
+/* Masses that vary, of few coordinates, once more by their pattern. */
+static enum ad_status narrow_mass(phys_motion *m, struct ad_error *error)
+{
+    ad_program_free(m->mass_program);
+    m->mass_program = NULL;
+    phys_mass_free(&m->M);
+    if (!phys_mass_new(&m->M, m->system, PHYS_MASS_VARYING))
+        return ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", m->system->dof);
+    m->mass = phys_record_colours(m->system, m->q, m->v, m->t, m->p, &m->M.pattern);
+    ad_compile(m->tape, 1, &m->mass, &m->mass_program);
+    return phys_tape_status(m->tape, error);
+}
+
 static enum ad_status record(phys_motion *m, struct ad_error *error)
 {
     size_t n = m->system->dof;
@@ -113,8 +126,6 @@ static enum ad_status record(phys_motion *m, struct ad_error *error)
     if (ad_compile(m->tape, 1, &m->force, &m->force_program) != AD_OK ||
         ad_compile(m->tape, 1, &m->mass, &m->mass_program) != AD_OK)
         return phys_tape_status(m->tape, error);
-    ad_native_lazy(m->force_program);
-    ad_native_lazy(m->mass_program);
     return AD_OK;
 }
 
@@ -158,11 +169,17 @@ static bool has_inputs(phys_motion *m)
     return sum != 0;
 }
 
-static void keep_constant_mass(phys_motion *m)
+/* One that is constant is evaluated for good. */
+static enum ad_status settle_mass(phys_motion *m, struct ad_error *error)
 {
     m->constant = ad_program_info(m->mass_program).instructions == 0 && !has_inputs(m);
     if (m->constant)
         evaluate_mass(m);
+    else if (m->n_params == 0 && phys_mass_is_whole(&m->M, PHYS_MASS_VARYING))
+        narrow_mass(m, error);
+    ad_native_lazy(m->force_program);
+    ad_native_lazy(m->mass_program);
+    return error->status;
 }
 
 enum ad_status phys_motion_new(const struct phys_system *system, phys_motion **motion,
@@ -178,7 +195,8 @@ enum ad_status phys_motion_new_of(const struct phys_system *system, size_t n_par
     if (AD_LACKS_RESULT(error, motion) || AD_LACKS(error, system, system->scene) ||
         (n_params && phys_refuse_constraints(system, "derivatives by parameters", error) != AD_OK))
         return error->status;
-    size_t n = system->dof;
+    const size_t n = system->dof;
+    const bool whole = n_params > 0; /* a parameter may be 0 now that couples */
     phys_motion *m = *motion = calloc(1, sizeof *m);
     if (!m)
         return ad_fail(error, AD_E_MEMORY, "out of memory");
@@ -190,11 +208,11 @@ enum ad_status phys_motion_new_of(const struct phys_system *system, size_t n_par
     if (m->which)
         memcpy(m->which, which, n_params * sizeof *which);
     if (!m->tape || (n_params && (!m->which || !m->params)) ||
-        !phys_mass_new(&m->M, system, n_params > 0)) /* a parameter may be 0 now that couples */
+        !phys_mass_new(&m->M, system, whole ? n : PHYS_MASS_FEW))
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
     else if (record(m, error) == AD_OK &&
              phys_constraints_new(system, &m->constraints, error) == AD_OK)
-        keep_constant_mass(m);
+        settle_mass(m, error);
     if (error->status != AD_OK) {
         phys_motion_free(m);
         *motion = NULL;
@@ -356,6 +374,13 @@ bool phys_motion_recorded(const phys_motion *motion, ad_var x[3], ad_var y[2])
     y[0] = motion->force;
     y[1] = motion->mass;
     return motion->constant;
+}
+
+size_t phys_motion_mass_place(const phys_motion *motion, size_t i, size_t j)
+{
+    const struct phys_pattern *p = &motion->M.pattern;
+    return p->colours == p->n || phys_pattern_has(p, i, j) ? i * p->colours + p->colour[j]
+                                                           : SIZE_MAX;
 }
 
 size_t phys_motion_parameters(const phys_motion *motion) { return motion->n_params; }

@@ -40,10 +40,11 @@ enum ad_status phys_motion_free_acceleration(phys_motion *motion, const double *
                                              double t, double *a, struct ad_error *error);
 /* Whether the mass matrix has no element off its diagonal, by its values at irregular states. */
 bool phys_motion_is_diagonal(phys_motion *motion);
-/* Its recording: x = q, v [dof x 1 each], t; y = the force [dof x 1], the mass matrix [dof x dof]
-   of at most PHYS_MASS_FEW coordinates. True where it is constant, of any, and solved with in
-   place. */
+/* Its recording: x = q, v [dof x 1 each], t; y = the force [dof x 1], the mass matrix [dof x
+   colours]. True where it is constant and solved with in place. */
 bool phys_motion_recorded(const phys_motion *motion, ad_var x[3], ad_var y[2]);
+/* The element of that mass matrix that is its entry (i, j); SIZE_MAX: the entry is 0. */
+size_t phys_motion_mass_place(const phys_motion *motion, size_t i, size_t j);
 void phys_motion_solve_constant(const phys_motion *motion, double *b);
 bool phys_motion_is_singular(const phys_motion *motion); /* the mass matrix used last */
 

@@ -51,7 +51,7 @@ enum ad_status phys_legendre_new(const struct phys_system *system, phys_legendre
     l->system = system;
     l->tape = ad_tape_new(AD_F64);
     l->b = malloc(2 * n * sizeof *l->b);
-    if (!l->tape || !l->b || !phys_mass_new(&l->M, system, false)) {
+    if (!l->tape || !l->b || !phys_mass_new(&l->M, system, PHYS_MASS_FEW)) {
         ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
     } else {
         l->step = l->b + n;

@@ -51,12 +51,12 @@ static size_t first_pivot(const struct phys_mass *m)
     return !m->diagonal && is_band(m) ? 2 * m->pattern.width : 0;
 }
 
-bool phys_mass_new(struct phys_mass *mass, const struct phys_system *system, bool whole)
+bool phys_mass_new(struct phys_mass *mass, const struct phys_system *system, size_t few)
 {
     const size_t n = system->dof;
     struct phys_mass *m = mass;
     *m = (struct phys_mass){0};
-    if (!phys_coupling_new(&m->pattern, system, PHYS_COUPLING_MASSES, whole ? n : PHYS_MASS_FEW))
+    if (!phys_coupling_new(&m->pattern, system, PHYS_COUPLING_MASSES, few))
         return false;
     const size_t lanes = m->pattern.colours;
     const size_t rows = m->pattern.width == 0 ? 1
@@ -72,6 +72,11 @@ bool phys_mass_new(struct phys_mass *mass, const struct phys_system *system, boo
     m->column = m->factor + n * rows;
     m->work = m->column + n;
     return true;
+}
+
+bool phys_mass_is_whole(const struct phys_mass *mass, size_t few)
+{
+    return mass->pattern.n > few && mass->pattern.colours == mass->pattern.n;
 }
 
 void phys_mass_free(struct phys_mass *mass)

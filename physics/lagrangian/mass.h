@@ -31,10 +31,15 @@ struct phys_mass {
     double largest; /* entry of that column */
 };
 
-/* Up to PHYS_MASS_FEW coordinates, or where `whole`, M has all entries. Ends with phys_mass_free,
-   whatever it returned. False: no memory. */
-enum { PHYS_MASS_FEW = 64 };
-bool phys_mass_new(struct phys_mass *mass, const struct phys_system *system, bool whole);
+/* Of up to `few` coordinates M has all entries, beyond those that L couples. Ends with
+   phys_mass_free, whatever it returned. False: no memory. */
+enum {
+    PHYS_MASS_FEW = 64,   /* a pattern takes longer to find than a constant M to evaluate once */
+    PHYS_MASS_VARYING = 8 /* the same of one that is evaluated in every step */
+};
+bool phys_mass_new(struct phys_mass *mass, const struct phys_system *system, size_t few);
+/* Whether it has all entries where `few` would leave some out, if L couples few. */
+bool phys_mass_is_whole(const struct phys_mass *mass, size_t few);
 void phys_mass_free(struct phys_mass *mass);
 /* Entry (i, j) of `values`. */
 double phys_mass_entry(const struct phys_mass *mass, size_t i, size_t j);

@@ -74,14 +74,14 @@ static ad_var eliminate(size_t n, ad_var mass, ad_var force, ad_var *D)
 }
 
 /* The same with a diagonal M, of any size. */
-static ad_var divide(size_t n, ad_var mass, ad_var force, ad_var *D)
+static ad_var divide(const phys_motion *motion, size_t n, ad_var mass, ad_var force, ad_var *D)
 {
     uint32_t *places = malloc(n * sizeof *places);
     if (!places)
         return ad_refuse(force.tape, AD_E_MEMORY, "out of memory");
     for (size_t k = 0; k < n; k++)
-        places[k] = (uint32_t)(k * (n + 1));
-    *D = ad_gather_rows(ad_reshape(mass, n * n, 1), n, places);
+        places[k] = (uint32_t)phys_motion_mass_place(motion, k, k);
+    *D = ad_gather_rows(ad_reshape(mass, n * ad_cols(mass), 1), n, places);
     free(places);
     return ad_div(force, *D);
 }
@@ -92,5 +92,5 @@ ad_var phys_record_solution(phys_motion *motion, size_t n, bool constant, ad_var
     *D = mass;
     return constant                    ? times_inverse(motion, n, force)
            : n <= PHYS_ELIMINATED_MOST ? eliminate(n, mass, force, D)
-                                       : divide(n, mass, force, D);
+                                       : divide(motion, n, mass, force, D);
 }

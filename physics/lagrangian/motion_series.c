@@ -110,6 +110,14 @@ static enum ad_status record_flow(struct phys_motion_series *s, const ad_var x[]
     return error->status;
 }
 
+/* Entry (i, j) of M of a series. */
+static double mass_entry(const struct phys_motion_series *s, ad_series *series, size_t mass,
+                         size_t i, size_t j)
+{
+    const size_t place = phys_motion_mass_place(s->motion, i, j);
+    return place == SIZE_MAX ? 0 : ad_series_output(series, mass, place)[0];
+}
+
 /* Whether M_0 was eliminated without harm: its pivots have one sign and are not too small. */
 static bool is_definite(struct phys_motion_series *s)
 {
@@ -119,7 +127,7 @@ static bool is_definite(struct phys_motion_series *s)
     if (s->constant_mass)
         return !phys_motion_is_singular(s->motion);
     for (size_t k = 0; k < n * n; k++)
-        s->factor[k] = ad_series_output(s->flow, flow_inputs(s), k)[0];
+        s->factor[k] = mass_entry(s, s->flow, flow_inputs(s), k / n, k % n);
     for (size_t k = 0; k < n; k++) {
         d[k] = ad_series_output(s->flow, flow_inputs(s) + 1, k)[0];
         positive += d[k] > 0;
@@ -194,7 +202,7 @@ static bool factor_mass(struct phys_motion_series *s)
     const size_t n = s->dof;
     size_t worst;
     for (size_t i = 0; i < n * n; i++)
-        s->factor[i] = ad_series_output(s->force, MASS, i)[0];
+        s->factor[i] = mass_entry(s, s->force, MASS, i / n, i % n);
     phys_mass_columns(n, s->factor, s->factor + n * n);
     phys_lapack_lu_factor(n, s->factor, s->pivots);
     return phys_mass_condition(n, s->factor + n * n, s->factor, n + 1, &worst) <=
@@ -209,8 +217,11 @@ static void accelerate(struct phys_motion_series *s, size_t k)
     for (size_t i = 0; i < n; i++) {
         a[i] = ad_series_output(s->force, FORCE, i)[k];
         for (size_t m = 0; m < n; m++) {
-            const double *M = ad_series_output(s->force, MASS, i * n + m);
-            for (size_t j = 1; j <= k && !ad_series_is_number(s->force, MASS, i * n + m); j++)
+            const size_t place = phys_motion_mass_place(s->motion, i, m);
+            if (place == SIZE_MAX || ad_series_is_number(s->force, MASS, place))
+                continue;
+            const double *M = ad_series_output(s->force, MASS, place);
+            for (size_t j = 1; j <= k; j++)
                 a[i] -= M[j] * s->a[(k - j) * n + m];
         }
     }
@@ -338,8 +349,9 @@ void phys_motion_points_end(const ad_points *points, const struct phys_motion_se
         const double *d = ad_points_output(points, M + 1, k);
         double column[P] = {0};
         for (size_t i = 0; i < n; i++) {
-            const double *entry = ad_points_output(points, M, k * n + i);
-            for (size_t p = 0; p < P; p++)
+            const size_t place = phys_motion_mass_place(model->motion, k, i);
+            const double *entry = place == SIZE_MAX ? NULL : ad_points_output(points, M, place);
+            for (size_t p = 0; p < P && entry; p++)
                 column[p] = fabs(entry[p]) > column[p] ? fabs(entry[p]) : column[p];
         }
         for (size_t p = 0; p < P; p++) {

@@ -38,6 +38,63 @@ static void test_masses_that_vary(void **state)
     assert_close(y[1], other[1], 1e-13, 0);
 }
 
+enum { BEADS = 12 };
+
+/* Masses that depend on their places, neighbours' velocities coupled: M has three diagonals. */
+static ad_var beads(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    (void)params, (void)t;
+    const ad_var first = ad_slice_rows(v, 0, BEADS - 1), next = ad_slice_rows(v, 1, BEADS - 1);
+    const ad_var apart = ad_sub(ad_slice_rows(q, 1, BEADS - 1), ad_slice_rows(q, 0, BEADS - 1));
+    const ad_var coupled = ad_mul(ad_mul(0.3, ad_cos(apart)), ad_mul(first, next));
+    const ad_var own = ad_mul(ad_add(1.0, ad_square(q)), ad_square(v));
+    return ad_sub(ad_add(ad_mul(0.5, ad_sum_rows(own)), ad_sum_rows(coupled)),
+                  ad_mul(0.5, ad_sum_rows(ad_square(apart))));
+}
+
+static enum ad_status begin_beads(const void *params, uint64_t seed, double *q, double *v,
+                                  struct ad_error *e)
+{
+    (void)params, (void)seed, (void)e;
+    for (size_t k = 0; k < BEADS; k++) {
+        q[k] = 0.4 * sin(1.7 * (double)k);
+        v[k] = 0.5 * cos(2.3 * (double)k);
+    }
+    return AD_OK;
+}
+
+/* Accelerations by the pattern of M, against those with all of it; and series against steps. */
+static void test_masses_that_couple_neighbours(void **state)
+{
+    (void)state;
+    struct phys_scene scene = scene_of("beads", BEADS, beads, 11, 0.1, begin_beads);
+    struct phys_system system;
+    struct ad_error error = {0};
+    phys_motion *motion;
+    double x[2 * BEADS], y[2 * BEADS], a[BEADS], all[BEADS];
+    ad_tape *tape = ad_tape_new(AD_F64);
+    const ad_var in[] = {ad_input(tape, BEADS, 1, "q"), ad_input(tape, BEADS, 1, "v"),
+                         ad_input(tape, 1, 1, "t")};
+    begin_beads(NULL, 0, x, x + BEADS, &error);
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    assert_int_equal(phys_motion_new(&system, &motion, &error), AD_OK);
+    assert_int_equal(phys_motion_acceleration(motion, x, x + BEADS, 0, a, &error), AD_OK);
+    const double *const at[] = {x, x + BEADS, (double[]){0}};
+    assert_int_equal(ad_evaluate(3, in, at, phys_record_accelerations(&system, in[0], in[1], in[2]),
+                                 all, &error),
+                     AD_OK);
+    for (size_t k = 0; k < BEADS; k++)
+        assert_close(a[k], all[k], 1e-12, 1e-12);
+    phys_motion_free(motion);
+    phys_system_close(&system);
+    ad_tape_free(tape);
+    memcpy(y, x, sizeof y);
+    assert_int_equal(follow_own(&scene, taylor, 2, x), AD_OK);
+    assert_int_equal(follow_own(&scene, "dop853", 2, y), AD_OK);
+    for (size_t k = 0; k < 2 * BEADS; k++)
+        assert_close(x[k], y[k], 1e-11, 1e-11);
+}
+
 static ad_var falling(ad_var q, ad_var v, ad_var t, const void *params)
 {
     (void)params, (void)t;
@@ -138,6 +195,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_time_in_the_lagrangian),
         cmocka_unit_test(test_masses_that_vary),
+        cmocka_unit_test(test_masses_that_couple_neighbours),
         cmocka_unit_test(test_coefficients_that_vanish_or_differ),
         cmocka_unit_test(test_kinks_are_refused),
         cmocka_unit_test(test_kinks_by_other_names),
