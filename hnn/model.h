@@ -273,12 +273,12 @@ enum ad_status hnn_model_ode(hnn_model *model, struct phys_ode *ode, struct ad_e
 
 /* ---- a model as a scene ---- */
 
-/* phys_system_open, which also takes a model by its file, NAME.h5: L of a Lagrangian model, or the
-   L that goes with H of a symplectic one, p = L_v being its momenta. It starts in the middle of its
-   range of training (parameters NAME0 and v_NAME0); units are the data's. The L is NaN where H_p(q,
-   p) = v has no solution near the range. AD_E_INPUT for models without L or H: baselines, other
-   fields, learnt dissipation, relu, pixels; for over 32 coordinates, but of a Lagrangian
-   lattice. */
+/* phys_system_open, which also takes a model by its file, NAME.h5: L of a Lagrangian model, or
+   the L that goes with H of a symplectic one, p = L_v being its momenta, in which it moves. It
+   starts in the middle of its range of training (parameters NAME0 and v_NAME0); units are the
+   data's. The L is NaN where H_p(q, p) = v has no solution near the range. AD_E_INPUT for models
+   without L or H: baselines, other fields, learnt dissipation, relu, pixels; for over 32
+   coordinates, but of a lattice. */
 enum ad_status hnn_system_open(const char *name, struct phys_system *system,
                                struct ad_error *error);
 /* From now on the inputs that drive->record gives take the place of parameters of the scene, in

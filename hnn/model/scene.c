@@ -55,15 +55,17 @@ static ad_var hamiltonian(const struct at *a, ad_var p)
     return hnn_model_record(a->of->model, a->parameters, with_inputs(a->of, a->q, p, a->u)).energy;
 }
 
-/* H_pp^-1 (H_p - v), a step of Newton's method for H_p(q, p) = v. */
+/* H_pp^-1 (H_p - v), a step of Newton's method for H_p(q, p) = v. H_pp of a lattice is diagonal. */
 static ad_var correction(const struct at *a, ad_var p)
 {
     size_t n = a->of->scene.dof;
-    ad_var by = hnn_gradient(hamiltonian(a, p), p), row[HNN_LAGRANGIAN_MOST];
+    ad_var by = hnn_gradient(hamiltonian(a, p), p), row[HNN_LAGRANGIAN_MOST],
+           off = ad_sub(by, a->v);
+    if (n == 1 || a->of->model->settings.lattice)
+        return ad_div(off, hnn_gradient(by, p));
     for (size_t k = 0; k < n; k++)
         row[k] = hnn_gradient(ad_row(by, k), p);
-    ad_var off = ad_sub(by, a->v);
-    return n == 1 ? ad_div(off, row[0]) : ad_solve(ad_concat_rows(n, row), off, AD_LU);
+    return ad_solve(ad_concat_rows(n, row), off, AD_LU);
 }
 
 /* L = p v - H with H_p = v. p is iterated apart from derivatives, at most about its width in
@@ -109,20 +111,42 @@ static ad_var forces(ad_var q, ad_var v, ad_var t, const void *params)
     return hnn_record_force(p->of->model, parameters, with_inputs(p->of, q, v, inputs(p, q, t)));
 }
 
-/* Controls push with G u, where G is constant the force of q G u. */
-static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)
+/* A state as recorded, v being p of a Hamiltonian. */
+static struct at at(const struct params *p, ad_var q, ad_var v, ad_var t)
 {
-    const struct params *p = params;
     const hnn_model *model = p->of->model;
     struct at a = {p->of, ad_const(q.tape, 1, model->size, p->of->values), q, v, t};
     if (model->settings.inputs)
         a.u = inputs(p, q, t);
-    ad_var x = with_inputs(p->of, q, v, a.u);
-    ad_var L = model->settings.kind == HNN_LAGRANGIAN ? hnn_record_L(model, a.parameters, x)
-                                                      : transformed(&a);
+    return a;
+}
+
+/* q G u: controls push with G u where G is constant, and this is its potential. */
+static ad_var pushed(const struct at *a, ad_var scalar, double sign)
+{
+    const hnn_model *model = a->of->model;
     if (!model->settings.controls || model->settings.control_network)
-        return L;
-    return ad_add(L, ad_sum_rows(ad_mul(q, hnn_record_force(model, a.parameters, x))));
+        return scalar;
+    ad_var push = hnn_record_force(model, a->parameters, with_inputs(a->of, a->q, a->v, a->u));
+    return ad_add(scalar, ad_mul(sign, ad_sum_rows(ad_mul(a->q, push))));
+}
+
+static ad_var lagrangian(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    const struct params *p = params;
+    const hnn_model *model = p->of->model;
+    const struct at a = at(p, q, v, t);
+    return pushed(&a,
+                  model->settings.kind == HNN_LAGRANGIAN
+                      ? hnn_record_L(model, a.parameters, with_inputs(p->of, q, v, a.u))
+                      : transformed(&a),
+                  1);
+}
+
+static ad_var scene_hamiltonian(ad_var q, ad_var p, ad_var t, const void *params)
+{
+    const struct at a = at(params, q, p, t);
+    return pushed(&a, hamiltonian(&a, p), -1);
 }
 
 /* Those inputs, for what is measured of the model itself. */
@@ -152,15 +176,15 @@ static enum ad_status start(const void *params, uint64_t seed, double *q, double
 static enum ad_status check(const char *file, const struct hnn_settings *s, struct ad_error *error)
 {
     bool hamiltonian = s->kind == HNN_HAMILTONIAN && s->field == HNN_SYMPLECTIC;
-    const char *why =
-        s->pixels                ? "learnt from pixels: its coordinates are latent"
-        : s->dissipation         ? "a learnt dissipation, which no Lagrangian gives"
-        : s->kind == HNN_SYMPNET ? "a sympnet, which has no H or L"
-        : s->dof > HNN_LAGRANGIAN_MOST && (!s->lattice || hamiltonian) ? "more than 32 coordinates"
-        : hamiltonian && strcmp(s->activation, "relu") == 0
-            ? "activation relu: H has no second derivatives"
-        : !hamiltonian && s->kind != HNN_LAGRANGIAN ? "a field that is not derived from an H or L"
-                                                    : NULL;
+    const char *why = s->pixels                ? "learnt from pixels: its coordinates are latent"
+                      : s->dissipation         ? "a learnt dissipation, which no Lagrangian gives"
+                      : s->kind == HNN_SYMPNET ? "a sympnet, which has no H or L"
+                      : s->dof > HNN_LAGRANGIAN_MOST && !s->lattice ? "more than 32 coordinates"
+                      : hamiltonian && strcmp(s->activation, "relu") == 0
+                          ? "activation relu: H has no second derivatives"
+                      : !hamiltonian && s->kind != HNN_LAGRANGIAN
+                          ? "a field that is not derived from an H or L"
+                          : NULL;
     return why ? ad_fail(error, AD_E_INPUT, "%s: no scene: %s; try leastaction rollout", file, why)
                : AD_OK;
 }
@@ -236,6 +260,7 @@ static enum ad_status describe(struct learnt *l, const char *file, struct ad_err
         .n_params = n_params,
         .params_bytes = sizeof(struct params) + n_params * sizeof(double),
         .lagrangian = lagrangian,
+        .hamiltonian = model->settings.kind == HNN_LAGRANGIAN ? NULL : scene_hamiltonian,
         .forces = model->settings.control_network ? forces : NULL,
         .start = start,
         .picture = PHYS_PICTURE_TIME,

@@ -272,7 +272,7 @@ static bool has_series(const struct solving *s, struct ad_error *error)
     struct phys_ode ode;
     struct ad_error none = {0};
     double c[PHYS_SERIES_MOST + 1][2 * SERIES_DOF];
-    if (dof > SERIES_DOF)
+    if (dof > SERIES_DOF || m->system->scene->hamiltonian) /* in (q, p) there are cheaper steps */
         return false;
     bool has = phys_ode_lagrangian(m->system, &ode, &none) == AD_OK && ode.series &&
                phys_ode_enter(&ode, 0, m->start, m->start + dof, c[0], &none) == AD_OK &&

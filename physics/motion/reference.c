@@ -90,6 +90,19 @@ static size_t find_landings(const struct runs *runs, size_t n, const double *tim
     return m;
 }
 
+/* Of a motion in (q, p), rows [n] of path [2 dof][columns] become (q, v); y, x [2 dof]: room. */
+static void leave(const struct phys_ode *ode, size_t n, const double *t, size_t columns,
+                  double *path, double *y, double *x, struct ad_error *error)
+{
+    for (size_t i = 0; ode->leave && i < n; i++) {
+        for (size_t k = 0; k < ode->n; k++)
+            y[k] = path[k * columns + i];
+        phys_ode_leave(ode, t[i], y, x, x + ode->n / 2, error);
+        for (size_t k = 0; k < ode->n; k++)
+            path[k * columns + i] = x[k];
+    }
+}
+
 /* The motion from row 0 of x [n][2 dof] to the other times, landing at equal parts of the stretches
    between them, and at `share` (0: not) of each part; adds times at which forces change along it if
    that is wanted. Returns how many rows are known. */
@@ -100,13 +113,12 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
     struct phys_simulation_info info = {0};
     size_t states = runs->ode->n, pieces = (LOOKS + n - 2) / (n - 1), known = 0;
     size_t most = 2 * pieces * (n - 1) + runs->scan.n;
-    double *at = malloc((1 + most + states + states * (most + 1)) * sizeof *at);
+    double *at = malloc((1 + most + states * (most + 3)) * sizeof *at);
     size_t *row = malloc(n * sizeof *row);
     if (at && row) {
-        double *landing = at + 1, *y = landing + most, *path = y + states;
+        double *landing = at + 1, *y = landing + most, *path = y + 2 * states;
         size_t m = find_landings(runs, n, times, share, pieces, landing, row);
         at[0] = times[0];
-        memcpy(y, x, states * sizeof *y);
         how.t0 = times[0];
         how.t1 = times[n - 1];
         how.n_samples = m;
@@ -114,7 +126,9 @@ static size_t run(struct runs *runs, size_t n, const double *times, double share
         how.max_steps = runs->limited  ? BUDGET + FARTHER * m
                         : runs->scan.n ? STEPS * (m + LOOKS) /* a noisy pulse has no end */
                                        : 0;
-        phys_trajectory(&how, runs->ode, y, states, m + 1, path, &info, lost);
+        if (phys_ode_enter(runs->ode, times[0], x, x + states / 2, y, lost) == AD_OK)
+            phys_trajectory(&how, runs->ode, y, states, m + 1, path, &info, lost);
+        leave(runs->ode, info.samples, at, m + 1, path, y, y + states, lost);
         for (; known < n && row[known] < info.samples; known++)
             for (size_t k = 0; k < states; k++)
                 x[known * states + k] = path[k * (m + 1) + row[known]];
@@ -372,12 +386,15 @@ enum ad_status phys_reference(const struct phys_system *system, const double *q,
                                 .context = context}};
     if (!scale || !r->x || !r->uncertainty)
         ad_fail(error, AD_E_MEMORY, "out of memory for the reference");
-    else if (phys_ode_lagrangian(system, &ode, error) == AD_OK &&
+    else if ((system->scene->hamiltonian ? phys_ode_canonical
+                                         : phys_ode_lagrangian)(system, &ode, error) == AD_OK &&
              phys_ode_enter(&ode, times[0], q, v, r->x, error) == AD_OK &&
              phys_typical_sizes(&ode, times[0], r->x, scale, error) == AD_OK &&
              phys_time_scan(system, q, v, times[0], times[n - 1], &runs.scan, error) == AD_OK) {
         runs.dissipates =
             ode.friction != 0 || !(system->scene->ode || phys_keeps_energy(system, error));
+        memcpy(r->x, q, r->dof * sizeof *q);
+        memcpy(r->x + r->dof, v, r->dof * sizeof *v);
         measure(&runs, times, lost, r, error);
     }
     r->time_resolution = runs.scan.resolution;

@@ -13,7 +13,8 @@ enum ad_status phys_ode_for(const struct phys_system *system,
 {
     if (AD_LACKS_RESULT(error, ode) || AD_LACKS(error, integrator))
         return error->status;
-    if (integrator->lagrangian)
+    if (integrator->lagrangian || (system && system->scene && system->scene->hamiltonian &&
+                                   strcmp(integrator->name, "taylor") != 0))
         return phys_ode_canonical(system, ode, error);
     if (phys_ode_lagrangian(system, ode, error) != AD_OK)
         return error->status;

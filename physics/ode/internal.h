@@ -9,6 +9,9 @@
 void phys_state_name(const struct phys_system *system, size_t k, const char *what, char *name,
                      size_t size);
 
+/* phys_ode_canonical of a scene that is given by its H. */
+enum ad_status phys_ode_scene_hamiltonian(const struct phys_system *system, struct phys_ode *ode,
+                                          struct ad_error *error);
 /* phys_motion_round_mass; of other ways than phys_ode_lagrangian, nothing. */
 void phys_ode_round_mass(const struct phys_ode *ode, double share);
 /* Rates of few coordinates, where L has a series, by that: the same to rounding in a fifth of the

@@ -78,7 +78,7 @@ enum ad_status phys_ode_parameters(const struct phys_system *system, size_t colu
                                    struct ad_error *error);
 /* The same motion in y = (q, p), p = L_v, with q' = v(q, p) and p' = L_q: canonical for any
    Lagrangian with a regular mass matrix L_vv. v is found by Newton's method; where L is quadratic
-   in v the first step is exact. */
+   in v the first step is exact. Of a scene that is given by its H, Hamilton's equations. */
 enum ad_status phys_ode_canonical(const struct phys_system *system, struct phys_ode *ode,
                                   struct ad_error *error);
 
@@ -93,8 +93,6 @@ enum phys_gas_pairs {
 enum ad_status phys_ode_gas(const struct phys_system *system, enum phys_gas_pairs pairs,
                             struct phys_ode *ode, struct ad_error *error);
 
-/* H for all samples at once. q, p: [dof x n], t: [1 x n]; returns [1 x n]. */
-typedef ad_var phys_hamiltonian(ad_var q, ad_var p, ad_var t, const void *params);
 /* Hamilton's equations q' = H_p, p' = -H_q by the tape, in y = (q, p). They separate if H = T(p) +
    V(q, t). params are read during the call and not kept. */
 enum ad_status phys_ode_hamiltonian(phys_hamiltonian *H, size_t dof, const void *params,

@@ -74,6 +74,8 @@ enum ad_status phys_ode_canonical(const struct phys_system *system, struct phys_
                        "%s has constraints, of which variational methods and momenta know nothing; "
                        "take rattle or dop853",
                        system->scene->name);
+    if (system->scene->hamiltonian)
+        return phys_ode_scene_hamiltonian(system, ode, error);
     struct context *c = calloc(1, sizeof *c);
     *ode = (struct phys_ode){.context = c, .free = c ? release : NULL};
     if (!c || !(c->v = calloc(system->dof, sizeof *c->v)))

@@ -54,6 +54,9 @@ double *phys_param_value(const struct phys_system *system, size_t k);
 enum ad_status phys_param_refuse(const struct phys_system *system, const char *name,
                                  struct ad_error *error);
 
+/* Records H [1 x n] of a scene that is given by it. AD_E_SHAPE if it returns another shape. */
+ad_var phys_system_hamiltonian(const struct phys_system *system, ad_var q, ad_var p, ad_var t);
+
 /* AD_E_ARGUMENT for a scene with forces that are not in L, of which `what` ("paths") knows nothing.
  */
 enum ad_status phys_refuse_forces(const struct phys_system *system, const char *what,

@@ -48,6 +48,13 @@ ad_var phys_system_lagrangian(const struct phys_system *system, ad_var q, ad_var
                   checked(system, "potential energy", q, call(system, scene->potential, q, v, t)));
 }
 
+ad_var phys_system_hamiltonian(const struct phys_system *system, ad_var q, ad_var p, ad_var t)
+{
+    if (lacks_scene(system, q))
+        return q;
+    return checked(system, "Hamiltonian", q, call(system, system->scene->hamiltonian, q, p, t));
+}
+
 ad_var phys_system_energies(const struct phys_system *system, ad_var q, ad_var v, ad_var t,
                             ad_var *kinetic, ad_var *potential)
 {

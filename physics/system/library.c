@@ -72,6 +72,8 @@ const char *phys_scene_flaw(const struct phys_scene *s)
         return "with forces, or constraints, whose time is free: its paths are of L alone";
     if (s->ode && s->constraint)
         return "with constraints beside equations of motion of its own, which know nothing of them";
+    if (s->hamiltonian && (s->ode || s->constraint))
+        return "with a Hamiltonian beside constraints or equations of motion of its own";
     if (!s->constraint != !s->n_constraints || (s->constraint && !s->constraints))
         return "with constraints but no callback, number or names of them";
     if (s->n_observables && !s->observables)

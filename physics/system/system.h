@@ -15,6 +15,8 @@ AD_HEADER_BEGIN
 /* L for all time slices at once. q, v: [dof x n] (row k is coordinate k), t: [1 x n]; returns
    [1 x n]. Slice i of the result may depend on slice i of the inputs only. */
 typedef ad_var phys_lagrangian(ad_var q, ad_var v, ad_var t, const void *params);
+/* H for all samples at once. q, p: [dof x n], t: [1 x n]; returns [1 x n]. */
+typedef ad_var phys_hamiltonian(ad_var q, ad_var p, ad_var t, const void *params);
 /* Holonomic constraints of all time slices at once: [n_constraints x n], 0 where they hold. */
 typedef ad_var phys_constraint(ad_var q, ad_var t, const void *params);
 
@@ -145,6 +147,9 @@ struct phys_scene {
     size_t n_constraints;
     const struct phys_observable *observables; /* table of n_observables */
     size_t n_observables;
+    /* H, where the scene is given by it and L is its Legendre transform; NULL: by L. Motion is then
+       computed in (q, p), where no step solves for the momenta that belong to velocities. */
+    phys_hamiltonian *hamiltonian;
 };
 
 /* Built-in scenes, a NULL-terminated table. */

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TERMS = 4 };
+enum { TERMS = 4, COORDINATES = 5 };
 
 /* A sum of cosines, weight cos(a q1 + b q2 + c p1 + d p2), as a network of sines, of states that
    are centre + scale x, in units of energy that hnn_model_normalise chooses. */
@@ -53,6 +53,27 @@ static hnn_model *cosines(size_t dof, const double factor[][5], bool normalised)
 static const double one[TERMS][5] = {{-1, 0, 1}, {-1, 1, 0}};
 static const double two[TERMS][5] = {
     {-1, 0, 0, 1, 0}, {-1, 0, 0, 0, 1}, {-0.3, 0, 0.4, 1, 1}, {-1, 1, -0.6, 0, 0}};
+
+/* H = sum of -cos p - .5 cos(q_next - q) - .3 cos q over sites. */
+static hnn_model *ring(size_t sites)
+{
+    static const double values[] = {0, 1, 0,        0,        0,        1, 1,  0,    0,    0,
+                                    0, 0, M_PI / 2, M_PI / 2, M_PI / 2, 0, -1, -0.5, -0.3, 0};
+    struct hnn_settings s = hnn_defaults(HNN_HAMILTONIAN, sites);
+    struct ad_error error = {0};
+    s.layers = 2;
+    s.hidden[0] = TERMS;
+    s.activation = "sine";
+    s.precision = AD_F64;
+    s.lattice = HNN_RING;
+    hnn_model *model = small_model(&s);
+    assert_int_equal(hnn_model_size(model), LENGTH(values));
+    hnn_model_set_parameters(model, values);
+    double *x = small_values(5, 2 * sites, 50);
+    assert_int_equal(hnn_model_see(model, 50, x, &error), AD_OK);
+    free(x);
+    return model;
+}
 
 /* The scene of a model, which is saved and freed. */
 static struct phys_system as_scene(hnn_model *model)
@@ -140,6 +161,35 @@ static void give_inputs(struct phys_system *system)
     assert_int_equal(phys_system_set(system, "u3", given[1], &error), AD_OK);
 }
 
+/* The scene in (q, p) has the model's own rates, and leads to its velocities and back. */
+static void compare_momenta(const struct phys_system *system, struct hnn_path *path,
+                            double velocity[][COORDINATES])
+{
+    const size_t n = system->dof;
+    struct ad_error error = {0};
+    struct phys_ode canonical;
+    double rate[2 * COORDINATES], own[2 * COORDINATES], q[COORDINATES], v[COORDINATES],
+        y[2 * COORDINATES];
+    assert_int_equal(phys_ode_canonical(system, &canonical, &error), AD_OK);
+    for (size_t i = 0; i < path->n; i++) {
+        const double *x = path->x + 2 * n * i;
+        struct phys_ode ode;
+        assert_int_equal(hnn_model_ode(hnn_system_model(system), &ode, &error), AD_OK);
+        assert_int_equal(ode.field(ode.context, path->t[i], x, own, &error), AD_OK);
+        assert_int_equal(canonical.field(canonical.context, path->t[i], x, rate, &error), AD_OK);
+        assert_int_equal(phys_ode_leave(&canonical, path->t[i], x, q, v, &error), AD_OK);
+        assert_int_equal(phys_ode_enter(&canonical, path->t[i], q, v, y, &error), AD_OK);
+        for (size_t k = 0; k < 2 * n; k++) {
+            assert_close(rate[k], own[k], 1e-12, 1e-12);
+            assert_close(y[k], x[k], 1e-9, 1e-9);
+        }
+        for (size_t k = 0; k < n; k++)
+            assert_close(v[k], velocity[i][k], 1e-9, 1e-9);
+        phys_ode_free(&ode);
+    }
+    phys_ode_free(&canonical);
+}
+
 /* By Hamilton's equations, or the model's own accelerations, against those of its L. */
 static void compare_motions(hnn_model *model, const double *x0)
 {
@@ -147,7 +197,7 @@ static void compare_motions(hnn_model *model, const double *x0)
     struct ad_error error = {0};
     struct phys_ode own, scene;
     struct hnn_path a, b;
-    double t[N], rate[4], start[4], x[4];
+    double t[N], rate[2 * COORDINATES], start[2 * COORDINATES], x[2 * COORDINATES];
     size_t n = hnn_model_settings(model)->dof;
     bool momenta = hnn_model_settings(model)->kind == HNN_HAMILTONIAN;
     hnn_times(0, 2, N, t);
@@ -155,7 +205,7 @@ static void compare_motions(hnn_model *model, const double *x0)
     hnn_model_drive(model, &(struct hnn_drive){drive, NULL, true, NULL});
     assert_int_equal(hnn_model_ode(model, &own, &error), AD_OK);
     assert_int_equal(hnn_rollout(&own, &how, x0, &a, NULL, &error), AD_OK);
-    double velocity[N][2];
+    double velocity[N][COORDINATES];
     for (size_t i = 0; i < N; i++) {
         assert_int_equal(own.field(own.context, t[i], a.x + 2 * n * i, rate, &error), AD_OK);
         memcpy(velocity[i], rate, n * sizeof *rate);
@@ -176,12 +226,13 @@ static void compare_motions(hnn_model *model, const double *x0)
     }
     if (momenta) { /* L_v is p */
         phys_legendre *legendre;
-        double p[2];
+        double p[COORDINATES];
         assert_int_equal(phys_legendre_new(&system, &legendre, &error), AD_OK);
         phys_legendre_momentum(legendre, x, x + n, t[N - 1], p, NULL);
         for (size_t k = 0; k < n; k++)
             assert_close(p[k], a.x[2 * n * (N - 1) + n + k], 1e-9, 1e-9);
         phys_legendre_free(legendre);
+        compare_momenta(&system, &a, velocity);
     }
     hnn_path_free(&a);
     hnn_path_free(&b);
@@ -196,6 +247,8 @@ static void test_motions(void **state)
     static const double x0[] = {0.6, -0.4, 0.3, 0.2};
     compare_motions(cosines(1, one, true), (double[]){0.6, 0.3});
     compare_motions(cosines(2, two, true), x0);
+    compare_motions(ring(COORDINATES),
+                    (double[]){0.6, -0.4, 0.3, 0.2, 0.5, 0.1, 0.4, -0.3, 0.2, -0.2});
     for (size_t k = 0; k < small_n_kinds; k++) {
         if (small_kinds[k].kind != HNN_LAGRANGIAN)
             continue;

@@ -118,6 +118,80 @@ static void test_hamiltonian(void **state)
     phys_ode_free(&m.ode);
 }
 
+/* With another velocity; with another force. */
+static ad_var twice_as_heavy(ad_var q, ad_var p, ad_var t, const void *params)
+{
+    return product_hamiltonian(q, ad_mul(2.0, p), t, params);
+}
+static ad_var pushed(ad_var q, ad_var p, ad_var t, const void *params)
+{
+    return ad_add(product_hamiltonian(q, p, t, params), q);
+}
+
+/* Its L, v = (q^2 + 1) p. */
+static ad_var product_lagrangian(ad_var q, ad_var v, ad_var t, const void *params)
+{
+    ad_var m = ad_add(ad_square(q), 1.0);
+    (void)t, (void)params;
+    return ad_mul(0.5, ad_sub(ad_div(ad_square(v), m), m));
+}
+
+static enum ad_status product_start(const void *params, uint64_t seed, double *q, double *v,
+                                    struct ad_error *error)
+{
+    (void)params, (void)seed, (void)error;
+    q[0] = 0.3;
+    v[0] = -0.7;
+    return AD_OK;
+}
+
+/* Of a scene with H motions and references are the same as by L, in (q, v) where they are read; an
+   H of something else is refused, whether its velocity or its force differs. */
+static void test_scene_with_hamiltonian(void **state)
+{
+    (void)state;
+    enum { N = 4 };
+    static const double times[N] = {0, 0.5, 1.2, 2};
+    struct phys_scene scene = scene_of("product", 1, product_lagrangian, 11, 0.1, product_start);
+    struct phys_system system;
+    struct phys_reference by_L, by_H;
+    struct ad_error error = {0};
+    double q = 0.3, v = -0.7, y[2];
+    assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
+    assert_int_equal(phys_reference(&system, &q, &v, N, times, 0.1, NULL, NULL, &by_L, &error),
+                     AD_OK);
+    scene.hamiltonian = product_hamiltonian;
+    assert_int_equal(phys_reference(&system, &q, &v, N, times, 0.1, NULL, NULL, &by_H, &error),
+                     AD_OK);
+    const char *const methods[] = {"dop853", "gauss4", "taylor"};
+    for (size_t k = 0; k < LENGTH(methods); k++) {
+        const struct phys_integrator *method = phys_integrator_find(methods[k], &error);
+        struct motion m = {0};
+        assert_int_equal(phys_ode_for(&system, method, &m.ode, &error), AD_OK);
+        assert_int_equal(m.ode.canonical, k < 2);
+        assert_int_equal(phys_ode_enter(&m.ode, 0, &q, &v, m.y, &error), AD_OK);
+        motion_run(&m, methods[k], k == 1 ? 0.01 : 1e-14, times[N - 1], AD_OK);
+        assert_int_equal(phys_ode_leave(&m.ode, times[N - 1], m.y, y, y + 1, &error), AD_OK);
+        for (size_t i = 0; i < 2; i++)
+            assert_close(y[i], by_L.x[2 * (N - 1) + i], 1e-11, 1e-11);
+        phys_ode_free(&m.ode);
+    }
+    for (size_t i = 0; i < 2 * N; i++)
+        assert_close(by_H.x[i], by_L.x[i], 1e-13, 1e-13);
+    for (size_t k = 0; k < 2; k++) {
+        struct phys_ode ode;
+        error = (struct ad_error){0};
+        scene.hamiltonian = k ? pushed : twice_as_heavy;
+        assert_int_equal(phys_ode_canonical(&system, &ode, &error), AD_OK);
+        assert_int_equal(phys_ode_enter(&ode, 0, &q, &v, y, &error), AD_E_ARGUMENT);
+        assert_mentions(error.message, k ? "force" : "velocity");
+        phys_ode_free(&ode);
+    }
+    phys_reference_free(&by_L);
+    phys_reference_free(&by_H);
+    phys_system_close(&system);
+}
+
 /* Every method on a Hamiltonian that does not separate, and on a field without halves: those that
    take it come near to the motion, the others refuse it and say what does. At y = 2 Euler's method
    errs by 4 log(2) h on y' = y^2 and the midpoint rule by h^2, to leading order. */
@@ -185,6 +259,7 @@ int main(void)
         cmocka_unit_test(test_long_implicit_steps),
         cmocka_unit_test(test_implicit_steps_to_their_limit),
         cmocka_unit_test(test_hamiltonian),
+        cmocka_unit_test(test_scene_with_hamiltonian),
         cmocka_unit_test(test_what_methods_take),
         cmocka_unit_test(test_names_of_components),
     };
