@@ -211,10 +211,13 @@ static const struct option table[] = {
      "name is free, and momenta keep the natural conditions",
      AT(relate)},
     {"time", "T", OPTION_TEXT, NULL,
-     "from end to end, or free: of the path of energy --energy, near --slices, --dt [these]",
+     "from end to end, or free: of the path of energy --energy, near --slices, --dt [these]; with "
+     "--all they are the longest",
      AT(time)},
     {"all", NULL, OPTION_FLAG, NULL,
-     "newton: all stationary paths between the ends, by energy; the first is the result", AT(all)},
+     "newton: all stationary paths between the ends, by energy, or with --time free those of one "
+     "energy, by time; the first is the result",
+     AT(all)},
     {"energy", "E", OPTION_NUMBER, NULL,
      "the same, and the one of this energy, to 0.2%, is the result; with --time free its energy "
      "[0]",

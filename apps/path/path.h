@@ -72,6 +72,7 @@ struct path_run {
     struct path_record record;
     struct phys_path_found found;
     struct phys_solutions solutions; /* --all, --energy; none else */
+    double longest;                  /* time of theirs, where it is free */
     size_t chosen;
 };
 

@@ -83,8 +83,11 @@ static enum ad_status write_data(const struct path_run *run, FILE *out, struct a
         write_path(run, name, run->record.frames + f * size, out);
     }
     write_curve(run, "found", run->path, out, error);
-    for (size_t k = 0; k < run->solutions.n && error->status == AD_OK; k++)
-        write_curve(run, "solution", run->solutions.solution[k].path, out, error);
+    for (size_t k = 0; k < run->solutions.n && error->status == AD_OK; k++) {
+        struct path_run timed = *run;
+        timed.settings.dt = run->solutions.solution[k].time / (double)(run->settings.slices - 1);
+        write_curve(&timed, "solution", run->solutions.solution[k].path, out, error);
+    }
     fputs("# history: step, S, T, V, |gradient|\n", out);
     for (size_t i = 0; i < run->record.n; i++) {
         const struct phys_path_figures *f = &run->record.figures[i];
@@ -140,6 +143,13 @@ static void still(struct figure *figure, const struct coordinates *view, const s
                 "NaN");
 }
 
+/* What a list of solutions is by. */
+static double key_of(const struct path_run *run, size_t k)
+{
+    const struct phys_solution *s = &run->solutions.solution[k];
+    return run->ends.free_time ? s->time : s->energy;
+}
+
 /* All of them, the result with a thick line; beyond the legend in grey. */
 static void solutions(struct figure *figure, const struct coordinates *view,
                       const struct path_run *run)
@@ -147,20 +157,20 @@ static void solutions(struct figure *figure, const struct coordinates *view,
     const struct phys_solutions *all = &run->solutions;
     size_t named = all->n <= FIGURE_LEGEND ? all->n : FIGURE_LEGEND - 2;
     char block[32], title[96];
-    const char *unit = run->system.scene->energy_unit;
+    const bool timed = run->ends.free_time;
+    const char *unit = timed ? run->system.scene->time_unit : run->system.scene->energy_unit;
     for (size_t k = all->n; k-- > 0;) {
-        const struct phys_solution *s = &all->solution[k];
         bool result = k == run->chosen;
         snprintf(block, sizeof block, "index %zu", FIRST_FRAME + run->record.n_frames + 1 + k);
-        snprintf(title, sizeof title, "E = %.7g%s%.16s%s", s->energy, unit_blank(unit),
-                 unit_shown(unit), result ? ", the result" : "");
+        snprintf(title, sizeof title, "%s = %.*g%s%.16s%s", timed ? "T" : "E", timed ? 5 : 7,
+                 key_of(run, k), unit_blank(unit), unit_shown(unit), result ? ", the result" : "");
         const char *colour = k < named ? figure_colours[k] : result ? "#000000" : "#b0b0b0";
         coordinates_draw(view, figure, block, STYLE(colour, 0, result ? 3 : 1.2, 0), 0);
         if (k < named || result)
             figure_draw(figure, STYLE(colour, 0, result ? 3 : 1.2, 0), title, "NaN");
     }
     snprintf(title, sizeof title, "%zu more, up to %.7g", all->n - named,
-             all->n ? all->solution[all->n - 1].energy : 0);
+             all->n ? key_of(run, all->n - 1) : 0);
     if (named < all->n)
         figure_draw(figure, STYLE("#b0b0b0", 0, 1.2, 0), title, "NaN");
 }
@@ -171,8 +181,9 @@ static void left(struct figure *figure, const struct path_run *run)
     size_t n = run->settings.slices;
     const struct phys_grid grid = phys_grid_of(&run->settings);
     bool beside = run->reference && !run->solutions.n;
-    coordinates_begin(&view, &run->system, (struct range){0, phys_grid_time(&grid, n - 1)},
-                      !run->settings.mesh);
+    const double end = run->solutions.n && run->ends.free_time ? key_of(run, run->solutions.n - 1)
+                                                               : phys_grid_time(&grid, n - 1);
+    coordinates_begin(&view, &run->system, (struct range){0, end}, !run->settings.mesh);
     const double *const paths[] = {beside ? run->reference : run->path, run->start, run->path};
     for (size_t p = 0; p < 3; p++) /* all frames of an animation share the axes */
         coordinates_widen(&view, n, paths[p], n, 1);

@@ -86,10 +86,11 @@ static enum ad_status choose_solver(const struct path_options *options, struct p
             "--hold period or energy, --choreography, --continue",
             run->system.scene->name);
     bool start = options_choose("ends", options->ends, 2, ends, error) == 1;
-    if (path_wants_all(options) && free_time)
-        return ad_fail(error, AD_E_ARGUMENT,
-                       "--%s: the end time of %s is free, which leaves one path; leave it out",
-                       options->all ? "all" : "energy", run->system.scene->name);
+    if (path_wants_all(options) && free_time && !options->all)
+        return ad_fail(
+            error, AD_E_ARGUMENT,
+            "--energy: the end time of %s is free, of the path of energy 0; leave it out",
+            run->system.scene->name);
     if (path_wants_all(options) && start)
         return ad_fail(error, AD_E_ARGUMENT,
                        "--all: with --ends start there is one solution; leave out one of them");

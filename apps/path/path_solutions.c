@@ -32,13 +32,13 @@ static size_t nearest(const struct phys_solutions *all, double energy)
     return best;
 }
 
-/* The solution of the energy asked for, else the first. */
+/* The solution of the energy asked for, which all of free end time have, else the first. */
 static enum ad_status choose(struct path_run *run, struct ad_error *error)
 {
     const struct phys_solutions *all = &run->solutions;
     double energy = run->options->energy, tolerance = energy_tolerance(all, energy);
     char list[160] = "";
-    if (isnan(energy))
+    if (isnan(energy) || run->ends.free_time)
         return AD_OK;
     run->chosen = nearest(all, energy);
     double found = all->solution[run->chosen].energy;
@@ -62,11 +62,19 @@ enum ad_status path_find_all(struct path_run *run, struct ad_error *error)
         run->options->init || !run->reference ? run->start : run->reference; /* the motion is one */
     struct phys_path_settings settings = run->settings;
     settings.ranks = run->options->common.ranks;
+    run->longest = settings.dt * (double)(settings.slices - 1);
     if (phys_path_all(&run->system, &settings, first, STARTS, run->options->common.seed, solutions,
                       error) != AD_OK)
         return error->status;
     if (solutions->n == 0 && solutions->interrupted)
         return ad_fail(error, AD_E_ACCURACY, "interrupted before a stationary path was found");
+    if (solutions->n == 0 && run->ends.free_time)
+        return ad_fail(error, AD_E_ACCURACY,
+                       "no stationary path of energy %g found between these ends in times up to "
+                       "%.6g%s",
+                       run->ends.energy, run->longest,
+                       solutions->unresolved ? " that the grid resolves; try more --slices"
+                                             : "; try a higher --energy, or a larger --dt");
     if (solutions->n == 0)
         return ad_fail(error, AD_E_ACCURACY, "no stationary path found between these ends%s",
                        solutions->unresolved ? " that finer grids have, too; try --rule gauss4"
@@ -76,13 +84,30 @@ enum ad_status path_find_all(struct path_run *run, struct ad_error *error)
         return error->status;
     memcpy(run->path, solutions->solution[run->chosen].path,
            rows * run->settings.slices * sizeof *run->path);
+    if (run->ends.free_time)
+        run->settings.dt =
+            solutions->solution[run->chosen].time / (double)(run->settings.slices - 1);
     return AD_OK;
 }
 
 /* Two and three coordinates: what two independent searches say of paths that both missed. */
-static void report_coverings(const struct phys_solutions *all, struct report *report)
+static void report_coverings(const struct path_run *run, const struct phys_solutions *all,
+                             struct report *report)
 {
-    char above[80];
+    const double energy = 0.5 * all->fastest * all->fastest;
+    const bool timed = run->ends.free_time;
+    char above[80], starts[160];
+    if (timed)
+        snprintf(starts, sizeof starts, "all directions at the start and times up to %.6g",
+                 run->longest);
+    else if (all->farthest > 0)
+        snprintf(starts, sizeof starts,
+                 "places up to %.4g from the start of the line, with momenta of a kinetic energy "
+                 "up to %.4g\n  there",
+                 all->farthest, energy);
+    else
+        snprintf(starts, sizeof starts,
+                 "all velocities at the start with a kinetic energy up to %.4g", energy);
     snprintf(above, sizeof above, " after %.3g million steps of motions, the limit",
              1e-6 * PHYS_ALL_STEPS);
     report_flag(report, "saturated", NULL, all->saturated);
@@ -92,11 +117,12 @@ static void report_coverings(const struct phys_solutions *all, struct report *re
                   all->interrupted ? (double)NAN : all->unseen_paths);
     report_number(report, "unseen_paths_limit", NULL, NULL,
                   all->saturated ? all->unseen_paths_limit : (double)NAN);
-    report_number(report, "start_energy_limit", NULL, NULL, 0.5 * all->fastest * all->fastest);
+    report_number(report, "start_energy_limit", NULL, NULL, timed ? (double)NAN : energy);
+    if (all->farthest > 0)
+        report_number(report, "start_place_limit", NULL, NULL, all->farthest);
     report_number(report, "undecided", NULL, NULL, all->undecided);
     report_count(report, "found_once", NULL, all->found_once);
-    report_line(report, "  from all velocities at the start with a kinetic energy up to %.4g, %s",
-                0.5 * all->fastest * all->fastest,
+    report_line(report, "  from %s, %s", starts,
                 all->interrupted ? "of which\n  only a part was searched: there may be many more"
                                  : "searched twice, independently;");
     if (all->interrupted)
@@ -109,12 +135,12 @@ static void report_coverings(const struct phys_solutions *all, struct report *re
                     all->unseen_paths_limit);
     else if (all->found_once == 0)
         report_line(report,
-                    "  both searches found the same motions, but %.3g%% of these velocities are "
+                    "  both searches found the same motions, but %.3g%% of these are "
                     "undecided%s:\n  there may be more",
                     100 * fmin(1, all->undecided), all->exhausted ? above : "");
     else
         report_line(report,
-                    "  not saturated: %.3g%% of these velocities are undecided%s, and %zu motions "
+                    "  not saturated: %.3g%% of these are undecided%s, and %zu motions "
                     "were\n  found by one search alone. At least about %.0f more are unseen; "
                     "there may be many",
                     100 * fmin(1, all->undecided), all->exhausted ? above : "", all->found_once,
@@ -127,8 +153,10 @@ static void report_completeness(const struct path_run *run, const struct phys_so
 {
     const size_t left = run->system.dof - run->system.scene->n_constraints;
     report_flag(report, "exhaustive", NULL, all->exhaustive);
+    if (run->ends.free_time)
+        report_number(report, "time_limit", NULL, run->system.scene->time_unit, run->longest);
     if (left > 1 && !isnan(all->unseen_paths)) {
-        report_coverings(all, report);
+        report_coverings(run, all, report);
     } else if (left > 1 || all->starts > 0) {
         report_number(report, "unseen", NULL, NULL, all->unseen);
         report_number(report, "unseen_limit", NULL, NULL, all->unseen_limit);
@@ -142,11 +170,18 @@ static void report_completeness(const struct path_run *run, const struct phys_so
             all->led, all->starts, ceil(100 * all->unseen_limit));
     } else if (all->exhaustive) {
         report_count(report, "most_turns", NULL, all->most_turns);
-        report_number(report, "fastest_start", NULL, NULL, all->fastest);
+        if (!run->ends.free_time)
+            report_number(report, "fastest_start", NULL, NULL, all->fastest);
         report_flag(report, "more_turns", NULL, all->limited);
-        report_line(report, "  all there are, of up to %zu turns and start velocities up to %.3g%s",
-                    all->most_turns, all->fastest,
+        report_line(report, "  all there are, of up to %zu turns and %s up to %.3g%s",
+                    all->most_turns, run->ends.free_time ? "times" : "start velocities",
+                    run->ends.free_time ? run->longest : all->fastest,
                     all->limited ? "; there are others that turn more often" : "");
+    } else if (run->ends.free_time) {
+        report_line(report,
+                    "  in times up to %.3g; a closer look at the potential found others, "
+                    "or a motion slows down on\n  top of it: there may be more",
+                    run->longest);
     } else {
         report_number(report, "fastest_start", NULL, NULL, all->fastest);
         report_line(report,
@@ -188,6 +223,8 @@ void path_report_solutions(const struct path_run *run, struct report *report)
     for (size_t k = 0; k < all->n; k++) {
         const struct phys_solution *a = &all->solution[k];
         report_item(report, "paths");
+        if (run->ends.free_time)
+            report_number(report, "time", "time", scene->time_unit, a->time);
         report_number(report, "energy", "energy", scene->energy_unit, a->energy);
         report_number(report, "action", "action", NULL, a->action);
         report_number(report, "morse_index", "index", NULL,
@@ -200,7 +237,7 @@ void path_report_solutions(const struct path_run *run, struct report *report)
         report_flag(report, "result", "the result", k == run->chosen);
     }
     report_item(report, NULL);
-    if (!isnan(run->options->energy)) {
+    if (!isnan(run->options->energy) && !run->ends.free_time) {
         double tolerance = energy_tolerance(all, run->options->energy);
         report_line(report, "  the result: the nearest to the energy %g, within %.2g",
                     run->options->energy, tolerance);

@@ -61,7 +61,7 @@ struct phys_ends {
        or contradicts them. */
     size_t n_relations;
     const double *relation;
-    bool free_time; /* phys_path_refine: the duration is found, too, ... */
+    bool free_time; /* phys_path_refine, phys_path_all: the duration is found, too, ... */
     double energy;  /* ... that of the path of this energy (phys_path_free_time) */
 };
 
@@ -352,6 +352,7 @@ struct phys_solution {
     size_t copies; /* number of such paths, this one included */
     double energy; /* mean over the path */
     double action;
+    double time;    /* from end to end */
     double largest; /* coordinate at a slice */
     size_t family;  /* 0, or the dimension of the family of paths that it is one of */
     struct phys_spectrum spectrum;
@@ -365,7 +366,7 @@ struct phys_solution {
 
 struct phys_solutions {
     size_t n;
-    struct phys_solution *solution; /* ascending by energy */
+    struct phys_solution *solution; /* ascending by energy; of free end time by their time */
     size_t unresolved;     /* paths rejected, of the grid alone, and motions that the grid does not
                               resolve: one of its paths stands for several, or none is near */
     double *motion_energy; /* [n_motions] two and three coordinates: of those motions; ascending */
@@ -376,7 +377,10 @@ struct phys_solutions {
        more turns. False where a search twice as dense found others. */
     bool exhaustive, limited;
     size_t most_turns;
-    double fastest; /* of velocities that were swept; two and three coordinates: see below */
+    double fastest; /* of velocities that were swept; two and three coordinates: see below; free end
+                       time: unset */
+    double farthest; /* two and three coordinates, free at the start: of their places from those of
+                        the path given, which were searched with `fastest`; else 0 */
     /* Two and three coordinates: motions from starts with a kinetic energy up to fastest^2 / 2 were
        looked for twice, independently. found_once: motions that only one search found;
        unseen_paths: a lower estimate of how many both missed; its upper bound at 95 % confidence,
@@ -397,11 +401,16 @@ struct phys_solutions {
 /* Finds stationary paths between the ends of path [s*dof x slices], which is a start, too. With
    one coordinate all of them if L does not depend on time, else those found by sweeping the
    velocity at the first end; with two and three those of motions from a dense covering of the
-   velocities at the first end; with more, and where settings->ends leaves coordinates free, those
-   found from random velocities and places, at most `starts`, fewer once a new path has become
-   unlikely. Constraints that leave one direction: by velocities along it, up to `fastest`; more: by
-   random ones. AD_E_ARGUMENT where settings->ends leaves the end time free, or coordinates beside
-   constraints. AD_E_IO as in ranks.h. Free with phys_solutions_free; empty on failure. */
+   velocities at the first end, or of its places where these are free; with more, and where
+   relations hold between the ends, those found from random velocities and places, at most `starts`,
+   fewer once a new path has become unlikely. Constraints that leave one direction: by velocities
+   along it, up to `fastest`; more: by random ones. Where settings->ends leaves the end time free:
+   those of its energy that take no longer than settings->slices and dt say, each with a time of its
+   own; of three coordinates at most, and of two and three by a covering of directions and times.
+   AD_E_ACCURACY where the potential at the first end is as high as the energy, AD_E_ARGUMENT with
+   more coordinates, with constraints or free coordinates beside it, where L depends on time
+   explicitly, and for free coordinates beside constraints. AD_E_IO as in ranks.h. Free with
+   phys_solutions_free; empty on failure. */
 enum ad_status phys_path_all(const struct phys_system *system,
                              const struct phys_path_settings *settings, const double *path,
                              size_t starts, uint64_t seed, struct phys_solutions *solutions,

@@ -230,6 +230,7 @@ static void begin(struct cover *s, struct ad_error *error)
     }
     const size_t coarsest = s->n == 2 ? COARSEST : COARSEST_THREE, across = coarsest + 1;
     size_t all = 1;
+    bool any = false;
     for (size_t k = 0; k < s->n; k++)
         all *= across;
     for (size_t i = 0; i < all && error->status == AD_OK; i++) {
@@ -241,7 +242,12 @@ static void begin(struct cover *s, struct ad_error *error)
             continue;
         evaluate(s, &b);
         push(s, &b, error);
+        any = any || !b.lost;
     }
+    if (!any && error->status == AD_OK &&
+        (!s->c->map->proceed || s->c->map->proceed(s->c->map->context)))
+        ad_fail(error, AD_E_ACCURACY,
+                "no motion from the first end can be followed: L may be singular there");
 }
 
 enum ad_status phys_cover(struct phys_covering *c, struct ad_error *error)

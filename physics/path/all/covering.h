@@ -20,6 +20,7 @@ struct phys_end_roots {
 struct phys_covering {
     struct phys_end_map *map;
     double inner, outer;          /* speeds |w|: the shell to cover */
+    bool bounded;                 /* roots beyond `outer` are left out, and that at 0 */
     unsigned number;              /* of the covering */
     uint64_t seed;                /* of the directions of the boxes' edges, and of their places */
     size_t steps;                 /* of motions: the covering ends at map->steps of them */

@@ -129,13 +129,16 @@ int phys_cover_near(struct phys_covering *c, double *w, struct ad_error *error)
     size_t n = c->map->dof;
     double null[DOF][DOF];
     int dimension = polish(c->map, w, null);
+    const double size = phys_end_norm(n, w);
     if (dimension < 0)
         return -1;
+    if (c->bounded && !(size > SAME * c->map->speed && size <= c->outer))
+        return dimension;
     if (dimension > 0 && goes_on(c->map, w, null[0], SPREAD * c->outer)) {
         keep_family(c, w, (size_t)dimension, error);
         return dimension;
     }
-    const double same = SAME * (phys_end_norm(n, w) + c->map->speed);
+    const double same = SAME * (size + c->map->speed);
     struct phys_end_root *known = NULL;
     for (size_t k = 0; k < c->roots->n && !known; k++)
         if (phys_end_near(n, c->roots->root[k].w, w, same))

@@ -167,7 +167,11 @@ bool phys_energy_levels(struct phys_energy_sweep *s, size_t density)
 
 bool phys_energy_turns(struct phys_energy_sweep *s, double E, int side, double *q)
 {
-    double end = side > 0 ? s->b : s->a, before = end;
+    double end = side > 0 ? s->b : s->a, before = end, height, slope, bend;
+    phys_potential_at(&s->U, end, &height, &slope, &bend);
+    *q = end;
+    if (height >= E && side * slope > 0) /* it is at rest there */
+        return true;
     for (size_t i = 0; i <= s->n_places; i++) {
         size_t k = side > 0 ? i : s->n_places - 1 - i;
         double here = i < s->n_places ? s->place[k].q : side > 0 ? s->high : s->low;

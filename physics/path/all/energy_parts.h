@@ -52,6 +52,7 @@ bool phys_energy_way_find(struct phys_energy_sweep *s, double E, struct phys_ene
  */
 double phys_energy_way_time(const struct phys_energy_way *way, int direction, size_t turns_made);
 
+/* level + side * exp(log_gap), or that of one given energy */
 double phys_energy_of(const struct phys_energy_root *root);
 
 #endif

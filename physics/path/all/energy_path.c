@@ -96,7 +96,8 @@ bool phys_energy_sweep_path(struct phys_energy_sweep *s, const struct phys_energ
             follow(s, root, &w, root->dwell / visits, &track);
         found = track.n > 0;
         const struct knot *at = track.knot, *last = at + track.n - 1;
-        double scale = found && last->t > 0 ? s->ask.time / last->t : 1;
+        const double time = s->ask.of_energy ? root->time : s->ask.time;
+        double scale = found && last->t > 0 ? time / last->t : 1;
         for (size_t i = 0; i < n && found; i++) {
             while (at + 1 < last && scale * at[1].t < times[i])
                 at++;

@@ -5,7 +5,8 @@
    that bound the motion; near such a maximum it grows like -log|E - height|. Energies are therefore
    sampled at equal steps of that logarithm, from either side. Roots lie where the sign of T(E) -
    time changes, or where its magnitude has a minimum that reaches zero; closer to a maximum than
-   the rounding of U, T keeps growing as that logarithm, which leaves one more root or none. */
+   the rounding of U, T keeps growing as that logarithm, which leaves one more root or none. Of a
+   given energy the times T(E) are those of the motions. */
 #include "autodiff/free.h"
 #include "energy_parts.h"
 #include "physics/io/grow.h"
@@ -23,7 +24,7 @@ static const double COARSE = 0.7; /* cells of integrals */
 
 double phys_energy_of(const struct phys_energy_root *r)
 {
-    return r->level + r->side * exp(r->log_gap);
+    return r->level + (r->side != 0 ? r->side * exp(r->log_gap) : 0);
 }
 
 /* Duration minus the given one; NaN where the motion is lost. */
@@ -199,6 +200,61 @@ static bool sweep(struct phys_energy_sweep *s, size_t density)
     return true;
 }
 
+/* ---- a given energy ---- */
+
+/* Whether the first or the last leg is none, which makes it a motion with one turn less. */
+static bool turns_at_once(const struct phys_energy_way *w, int direction, size_t turns)
+{
+    const struct phys_energy_knot *right = &w->knot[w->n - 1], *left = &w->knot[0];
+    const bool last_right = (direction > 0) == (turns % 2 == 0);
+    return w->from.q == (direction > 0 ? right : left)->q ||
+           (turns > 0 && w->to.q == (last_right ? left : right)->q);
+}
+
+/* Whether a motion comes to rest on top of the potential between two places. */
+static bool rests_on_top(const struct phys_energy_sweep *s, double E, double from, double to)
+{
+    for (size_t k = 0; k < s->n_places; k++)
+        if (s->place[k].bend <= 0 && s->place[k].q >= from && s->place[k].q <= to &&
+            fabs(s->place[k].U - E) <= PHYS_ENERGY_NEAREST * s->size)
+            return true;
+    return false;
+}
+
+/* Its motions, up to the longest. Where a motion would rest on top of the potential, only those
+   that do not come there. */
+static bool list(struct phys_energy_sweep *s, size_t density)
+{
+    struct phys_energy_way w = {0};
+    double E = s->ask.energy;
+    s->n_roots = 0;
+    s->lost = s->limited = false;
+    if (!phys_energy_levels(s, density))
+        return false;
+    if (rests_on_top(s, E, s->low, s->high))
+        E -= 2 * PHYS_ENERGY_NEAREST * s->size;
+    else if (fabs(E - s->level[0]) <= PHYS_ENERGY_NEAREST * s->size)
+        E = s->level[0]; /* it begins or ends at rest */
+    const bool leads = E >= s->level[0], found = leads && phys_energy_way_find(s, E, &w);
+    const double first = found ? w.knot[0].q : 0, last = found ? w.knot[w.n - 1].q : 0;
+    const double reach = 1e-3 * (last - first);
+    const bool top = found && rests_on_top(s, s->ask.energy, first - reach, last + reach);
+    s->lost = top || (leads && !found);
+    for (size_t j = 0; found && j < 2 * (s->ask.most_turns + 2); j++) {
+        struct phys_energy_root r = {.level = E, .direction = j % 2 ? 1 : -1, .turns = j / 2};
+        r.time = phys_energy_way_time(&w, r.direction, r.turns);
+        if (!(r.time <= s->ask.time) || turns_at_once(&w, r.direction, r.turns) ||
+            (top && r.turns > 0))
+            continue;
+        if (r.turns > s->ask.most_turns)
+            s->limited = true;
+        else
+            add_root(s, &r);
+    }
+    free(w.knot);
+    return goes_on(s);
+}
+
 /* ---- the search ---- */
 
 enum ad_status phys_energy_sweep_new(const struct phys_system *system,
@@ -218,7 +274,7 @@ enum ad_status phys_energy_sweep_new(const struct phys_system *system,
     size_t before = SIZE_MAX;
     bool begun = phys_potential_new(&s->U, system, error) == AD_OK;
     for (size_t k = 0, density = 1; begun && !s->certified && k <= DOUBLINGS; k++, density *= 2) {
-        begun = sweep(s, density);
+        begun = question->of_energy ? list(s, density) : sweep(s, density);
         s->certified = begun && !s->lost && s->n_roots == before;
         before = s->n_roots;
     }

@@ -1,5 +1,6 @@
 /* Every motion of one coordinate between two positions in a given time, for L without explicit
-   time: the roots of T(E) = time, one function for each initial direction and number of turns. */
+   time: the roots of T(E) = time, one function for each initial direction and number of turns. Or
+   those of a given energy, in no more than a given time. */
 #ifndef PHYSICS_PATH_ALL_ENERGY_SWEEP_H
 #define PHYSICS_PATH_ALL_ENERGY_SWEEP_H
 
@@ -7,6 +8,8 @@
 
 struct phys_energy_question {
     double from, to, time;
+    bool of_energy; /* all motions of this one: `time` is the longest */
+    double energy;
     double span, speed; /* natural sizes: the search goes to a thousand times these */
     size_t most_turns;
     bool (*proceed)(void *context); /* false ends it; or NULL */
@@ -16,6 +19,7 @@ struct phys_energy_question {
 /* A motion: its energy is level + side * exp(log_gap). */
 struct phys_energy_root {
     double level, side, log_gap;
+    double time;   /* of one of a given energy */
     double dwell;  /* time to spend beside the maxima at `level`, beyond that of this energy */
     int direction; /* of the start: 1 or -1 */
     size_t turns;

@@ -24,6 +24,7 @@ enum { SUBSTEPS = 4, STEPS = 60, LEAST_STARTS = 30, AT_ONCE = 4 };
 static const double ROUNDING = 1e-9;  /* of coordinates: ends so near are one place */
 static const double MOST_DETOUR = 30; /* a start that ends this many spans away is rejected */
 static const double NEAR = 0.1;       /* of a motion's extent: its path on the grid */
+static const double OFF = 2e-3;       /* of the energies, with free end time */
 static const double UNSEEN = 0.05;    /* a chance of finding more that is not worth a start */
 
 bool phys_multistart_goes_on(struct phys_multistart *s)
@@ -60,6 +61,22 @@ enum ad_status phys_multistart_settle(struct phys_multistart *s, struct ad_error
     return phys_multistart_keep(s, error);
 }
 
+enum ad_status phys_multistart_over(struct phys_multistart *s, double time, struct ad_error *error)
+{
+    s->settings.dt = time / (double)(s->slices - 1);
+    phys_newton_free(&s->newton);
+    return phys_newton_new(&s->newton, s->system, &s->settings, &s->of, error);
+}
+
+/* Whether the grid has that path at the energy asked for, which its motion has. */
+static bool has_energy(const struct phys_multistart *s)
+{
+    const double E = s->free_time ? s->settings.ends->energy : s->info.energy_mean;
+    const double bodies = s->system->scene->per_body ? (double)s->system->bodies : 1;
+    return fabs(s->info.energy_mean - E) <=
+           OFF * (fabs(E) + bodies * (fabs(s->info.kinetic_mean) + fabs(s->info.potential_mean)));
+}
+
 enum ad_status phys_multistart_take(struct phys_multistart *s, double *begun,
                                     struct ad_error *error)
 {
@@ -70,8 +87,8 @@ enum ad_status phys_multistart_take(struct phys_multistart *s, double *begun,
         return error->status;
     for (size_t k = 0; k < n; k++)
         extent = fmax(extent, fabs(begun[k] - begun[k - k % s->slices]));
-    s->taken =
-        s->led > led && phys_farthest(n, begun, s->path) <= NEAR * (extent + ROUNDING * s->span);
+    s->taken = s->led > led && has_energy(s) &&
+               phys_farthest(n, begun, s->path) <= NEAR * (extent + ROUNDING * s->span);
     return s->taken ? phys_multistart_keep(s, error) : AD_OK;
 }
 
@@ -258,6 +275,17 @@ static enum ad_status begin_at_rest(struct phys_multistart *s, struct ad_error *
     return phys_multistart_settle(s, error);
 }
 
+static enum ad_status sweep(struct phys_multistart *s, struct ad_error *error)
+{
+    if (!s->free_time)
+        return phys_multistart_sweep(s, error);
+    return phys_multistart_goes_on(s)
+               ? ad_fail(error, AD_E_ACCURACY,
+                         "all paths of free end time: expected a potential that is finite between "
+                         "the ends, and L_vv > 0")
+               : AD_OK;
+}
+
 static enum ad_status find_all(struct phys_multistart *s, size_t starts, uint64_t seed,
                                struct ad_error *error)
 {
@@ -268,9 +296,11 @@ static enum ad_status find_all(struct phys_multistart *s, size_t starts, uint64_
     s->solutions->unseen = s->solutions->unseen_limit = (double)NAN;
     s->solutions->unseen_paths = s->solutions->unseen_paths_limit = (double)NAN;
     const bool whole = s->left == s->dof;
-    bool shots = whole && s->dof > 1 && s->dof <= PHYS_END_MAP_DOF && !s->free;
+    const struct phys_ends *ends = s->settings.ends;
+    bool shots = whole && s->dof > 1 && s->dof <= PHYS_END_MAP_DOF && !(ends && ends->n_relations);
     s->along[0] = s->along[s->dof] = 1;
-    if (!shots && (phys_multistart_settle(s, error) != AD_OK || begin_at_rest(s, error) != AD_OK))
+    if (!shots && !s->free_time &&
+        (phys_multistart_settle(s, error) != AD_OK || begin_at_rest(s, error) != AD_OK))
         return error->status;
     if (!phys_multistart_goes_on(s))
         ; /* those so far */
@@ -281,7 +311,7 @@ static enum ad_status find_all(struct phys_multistart *s, size_t starts, uint64_
     else if (!whole    ? phys_multistart_directions(s)
              : s->free ? true
                        : !phys_multistart_energies(s, error) && error->status == AD_OK)
-        phys_multistart_sweep(s, error);
+        sweep(s, error);
     if (error->status != AD_OK)
         return error->status;
     phys_multistart_sort(s);
@@ -302,8 +332,17 @@ enum ad_status phys_path_all(const struct phys_system *system,
     if (settings->mesh)
         return ad_fail(error, AD_E_ARGUMENT,
                        "mesh: expected even slices in a search for all paths");
-    if (settings->ends && settings->ends->free_time)
-        return ad_fail(error, AD_E_ARGUMENT, "all paths: expected the end time, got a free one");
+    const struct phys_ends *ends = settings->ends;
+    const bool free_time = ends && ends->free_time;
+    if (free_time &&
+        (phys_free_ends(settings) || system->scene->constraint || system->dof > PHYS_END_MAP_DOF))
+        return ad_fail(error, AD_E_ARGUMENT,
+                       "all paths of free end time: expected both ends given, no constraints and "
+                       "at most %d coordinates%s",
+                       PHYS_END_MAP_DOF,
+                       system->dof > PHYS_END_MAP_DOF ? ", got more; leave out all" : "");
+    if (free_time && phys_lacks_energy(system, error))
+        return error->status;
     if (system->scene->constraint && phys_free_ends(settings))
         return ad_fail(error, AD_E_ARGUMENT,
                        "all paths: expected both ends given beside constraints, got free ones");
@@ -322,6 +361,8 @@ enum ad_status phys_path_all(const struct phys_system *system,
                                 .ranks = settings->ranks,
                                 .asked = settings->proceed,
                                 .free = phys_free_ends(settings),
+                                .free_time = free_time,
+                                .longest = settings->dt * (double)(settings->slices - 1),
                                 .solutions = solutions};
     if (s.ranks && ad_ranks_check(s.ranks, error) != AD_OK)
         return error->status;
@@ -337,7 +378,8 @@ enum ad_status phys_path_all(const struct phys_system *system,
     s.along = s.y + 2 * s.dof;
     s.path = s.along + 2 * s.dof;
     s.between = s.path + s.n;
-    const struct phys_ends *ends = settings->ends;
+    if (free_time)
+        phys_derivatives_new(&s.of, system, PHYS_LADDER_COLUMNS, NULL, error);
     if (s.free && s.dof == 1 && !phys_end_moves(ends, 0, 0) && !ends->n_relations)
         phys_legendre_new(system, &s.legendre, error);
     if (error->status == AD_OK &&
@@ -347,6 +389,7 @@ enum ad_status phys_path_all(const struct phys_system *system,
     phys_legendre_free(s.legendre);
     phys_ode_free(&s.motion);
     phys_newton_free(&s.newton);
+    phys_derivatives_free(&s.of);
     free(s.q);
     if (error->status != AD_OK)
         phys_solutions_free(solutions);

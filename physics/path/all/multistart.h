@@ -21,10 +21,13 @@ struct phys_multistart {
     struct phys_ode motion;
     double speed, span; /* natural scales of velocity and of the path */
     double *q, *v, *y, *path;
-    double *along;           /* [2][dof] where one direction is left: that at either end */
-    double *between;         /* [dof x slices] whose ends a start is bent to: given, or its own */
-    bool free;               /* coordinates of the ends move ... */
-    phys_legendre *legendre; /* ... the last one of one alone: p(T) is swept; else NULL */
+    double *along;   /* [2][dof] where one direction is left: that at either end */
+    double *between; /* [dof x slices] whose ends a start is bent to: given, or its own */
+    bool free_time;  /* settings.dt is that of the last motion */
+    double longest;  /* time, where it is free */
+    struct phys_derivatives of; /* for all of them */
+    bool free;                  /* coordinates of the ends move ... */
+    phys_legendre *legendre;    /* ... the last one of one alone: p(T) is swept; else NULL */
     struct phys_path_info info; /* of the last solution */
     size_t led;                 /* starts that led to a stationary path */
     bool taken;                 /* the last motion has a path of the grid */
@@ -57,6 +60,8 @@ enum ad_status phys_multistart_keep(struct phys_multistart *s, struct ad_error *
 enum ad_status phys_multistart_unresolved(struct phys_multistart *s, struct ad_error *error);
 /* Leaves out what the grid alone made; the rest by energy. */
 void phys_multistart_sort(struct phys_multistart *s);
+/* Makes settings and s->newton those of a motion of this duration. */
+enum ad_status phys_multistart_over(struct phys_multistart *s, double time, struct ad_error *error);
 /* Makes the motion in s->path stationary and keeps it, s->taken: it did not lead
    elsewhere. begun: room [dof x slices]. */
 enum ad_status phys_multistart_take(struct phys_multistart *s, double *begun,

@@ -23,8 +23,11 @@ static void place_nodes(const struct phys_multistart *s, const double *nodes)
  */
 static enum ad_status take_root(struct phys_multistart *s, struct phys_energy_sweep *sweep,
                                 const struct phys_energy_root *root, size_t m, double *nodes,
-                                const double *times, struct ad_error *error)
+                                double *times, struct ad_error *error)
 {
+    if (s->free_time && phys_multistart_over(s, root->time, error) != AD_OK)
+        return error->status;
+    phys_rule_nodes(s->settings.rule, 1, s->slices, s->settings.dt, s->given, times + m, times);
     if (!phys_energy_sweep_path(sweep, root, m, times, nodes)) {
         s->solutions->unresolved++;
         return AD_OK;
@@ -68,6 +71,8 @@ bool phys_multistart_energies(struct phys_multistart *s, struct ad_error *error)
     struct phys_energy_question ask = {.from = s->given[0],
                                        .to = s->given[s->slices - 1],
                                        .time = time,
+                                       .of_energy = s->free_time,
+                                       .energy = s->free_time ? s->settings.ends->energy : 0,
                                        .span = s->span,
                                        .speed = fmax(speed, s->span / time),
                                        .most_turns = m / NODES_OF_TURN + 2,
@@ -79,7 +84,6 @@ bool phys_multistart_energies(struct phys_multistart *s, struct ad_error *error)
         return false;
     double *nodes = malloc((3 * m + s->n) * sizeof *nodes),
            *times = nodes ? nodes + m + s->n : NULL;
-    double *x = times ? times + m : NULL;
     n = phys_energy_sweep_roots(sweep, &roots, &s->solutions->exhaustive, &s->solutions->limited);
     s->solutions->most_turns = ask.most_turns;
     s->solutions->fastest = PHYS_MULTISTART_RANGE * ask.speed;
@@ -90,7 +94,6 @@ bool phys_multistart_energies(struct phys_multistart *s, struct ad_error *error)
         size_t had[BEGUN], n_had = s->solutions->n;
         for (size_t k = 0; k < n_had && k < BEGUN; k++)
             had[k] = s->solutions->solution[k].hits;
-        phys_rule_nodes(s->settings.rule, 1, s->slices, s->settings.dt, s->given, x, times);
         for (size_t k = 0; k < n && error->status == AD_OK && phys_multistart_goes_on(s); k++)
             take_root(s, sweep, &roots[k], m, nodes, times, error);
         count_lost(s, n_had, had);

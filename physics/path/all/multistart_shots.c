@@ -6,6 +6,7 @@
 #include "covering.h"
 #include "multistart.h"
 #include "physics/linear/linear.h"
+#include "physics/path/ends.h"
 #include "physics/path/path_nodes.h"
 
 #include <math.h>
@@ -24,12 +25,17 @@ static enum ad_status cover_given(struct phys_multistart *s, struct phys_end_map
 {
     struct phys_covering c = {
         .map = map, .outer = FASTEST * map->speed, .number = COVERINGS, .roots = roots};
+    const struct phys_ends *ends = s->settings.ends;
     struct phys_path_nodes nodes = {0};
     const struct phys_grid grid = phys_grid_of(&s->settings);
     double q[PHYS_END_MAP_DOF], w[PHYS_END_MAP_DOF] = {0};
     double unit[PHYS_END_MAP_DOF * PHYS_END_MAP_DOF];
     size_t led = s->led, known = s->solutions->n;
+    if (s->free_time)
+        return AD_OK; /* neither has the energy */
     phys_cover_near(&c, w, error);
+    if (ends && ends->free[0])
+        return error->status;
     memcpy(s->path, s->given, s->n * sizeof *s->path);
     phys_rule_interpolate(s->settings.rule, s->dof, s->slices, s->path);
     if (error->status != AD_OK || phys_multistart_solve(s, error) != AD_OK || s->led == led)
@@ -46,10 +52,11 @@ static enum ad_status cover_given(struct phys_multistart *s, struct phys_end_map
     return error->status;
 }
 
-/* The path of the motion that begins with s->v, or its energy where this grid has none. */
+/* The path of the motion that begins at s->q with s->v, or its energy where this grid has none. */
 static enum ad_status take(struct phys_multistart *s, size_t dimension, double *nodes,
                            const double *times, size_t m, struct ad_error *error)
 {
+    const struct phys_ends *ends = s->settings.ends;
     size_t degree = s->settings.rule->degree, paths = 0, now = 0, listed = s->solutions->n;
     struct ad_error lost = {0};
     const struct phys_simulation how = {
@@ -72,7 +79,8 @@ static enum ad_status take(struct phys_multistart *s, size_t dimension, double *
                 s->path[(k * s->dof + j) * s->slices + i] =
                     nodes[j * m + i * degree + (i + 1 < s->slices ? k : 0)];
     for (size_t j = 0; j < s->dof; j++)
-        s->path[(j + 1) * s->slices - 1] = s->given[(j + 1) * s->slices - 1];
+        if (!phys_end_moves(ends, 1, j))
+            s->path[(j + 1) * s->slices - 1] = s->given[(j + 1) * s->slices - 1];
     for (size_t k = 0; k < s->solutions->n; k++)
         paths += s->solutions->solution[k].copies;
     if (phys_multistart_take(s, nodes, error) != AD_OK)
@@ -91,21 +99,29 @@ static enum ad_status take(struct phys_multistart *s, size_t dimension, double *
 
 struct taking {
     struct phys_multistart *s;
-    const struct phys_end_map *map;
+    struct phys_end_map *map;
     const struct phys_end_roots *roots;
-    double *nodes, *times;
-    size_t m, taken; /* nodes; roots so far */
+    double *nodes, *times, *x; /* [dof][m], [m], [m] */
+    size_t m, taken;           /* nodes; roots so far */
 };
+
+static void find_times(const struct taking *now)
+{
+    const struct phys_multistart *s = now->s;
+    phys_rule_nodes(s->settings.rule, s->dof, s->slices, s->settings.dt, s->given, now->x,
+                    now->times);
+}
 
 static enum ad_status take_root(const struct taking *now, const struct phys_end_root *root,
                                 struct ad_error *error)
 {
     struct phys_multistart *s = now->s;
-    for (size_t i = 0; i < s->dof; i++) {
-        s->v[i] = 0;
-        for (size_t j = 0; j < s->dof; j++)
-            s->v[i] += now->map->unit[i * s->dof + j] * root->w[j];
-    }
+    double time;
+    phys_end_map_start(now->map, root->w, s->q, s->v, &time, NULL);
+    if (s->free_time && phys_multistart_over(s, time, error) != AD_OK)
+        return error->status;
+    if (s->free_time)
+        find_times(now);
     return take(s, root->dimension, now->nodes, now->times, now->m, error);
 }
 
@@ -138,8 +154,8 @@ static enum ad_status taking_new(struct taking *now, struct ad_error *error)
     if (!now->nodes)
         return ad_fail(error, AD_E_MEMORY, "out of memory for another path");
     now->times = now->nodes + s->dof * now->m;
-    phys_rule_nodes(s->settings.rule, s->dof, s->slices, s->settings.dt, s->given,
-                    now->times + now->m, now->times);
+    now->x = now->times + now->m;
+    find_times(now);
     return AD_OK;
 }
 
@@ -155,7 +171,8 @@ static enum ad_status cover_all(struct phys_end_map *map, struct phys_end_roots 
 {
     struct phys_solutions *all = now->s->solutions;
     struct phys_covering c = {.map = map,
-                              .outer = FASTEST * map->speed,
+                              .outer = (now->s->free_time ? 1 : FASTEST) * map->speed,
+                              .bounded = now->s->free_time,
                               .steps = PHYS_ALL_STEPS / 3 * 2,
                               .roots = roots,
                               .found = take_new,
@@ -173,13 +190,15 @@ static enum ad_status cover_all(struct phys_end_map *map, struct phys_end_roots 
             fastest = roots->root[k].dimension > 0
                           ? fastest
                           : fmax(fastest, phys_end_norm(map->dof, roots->root[k].w));
-        if (c.exhausted || all->interrupted || growth == GROWTHS ||
+        if (c.bounded || c.exhausted || all->interrupted || growth == GROWTHS ||
             (fastest > 0 && fastest < 0.5 * c.outer))
             break;
         c.inner = c.outer;
         c.outer *= 2;
     }
-    all->fastest = c.outer;
+    all->fastest = now->s->free_time ? 0 : c.outer;
+    if (now->s->settings.ends && now->s->settings.ends->free[0])
+        all->farthest = c.outer / map->speed * map->reach;
     c.inner = 0;
     c.number = 1;
     c.seed = 2 * seed + 1;
@@ -217,7 +236,8 @@ enum ad_status phys_multistart_shots(struct phys_multistart *s, uint64_t seed,
     double end[PHYS_END_MAP_DOF], time = s->settings.dt * (double)(s->slices - 1);
     for (size_t k = 0; k < s->dof; k++)
         end[k] = s->given[(k + 1) * s->slices - 1];
-    if (phys_end_map_new(&map, s->system, s->q, end, time, s->span, error) == AD_OK) {
+    if (phys_end_map_new(&map, s->system, s->settings.ends, s->q, end, time, s->span, error) ==
+        AD_OK) {
         struct taking now = {.s = s, .map = &map, .roots = &roots};
         map.proceed = goes_on;
         map.context = s;

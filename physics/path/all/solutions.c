@@ -22,6 +22,8 @@ static bool is_known(struct phys_multistart *s, double energy, double action)
     for (size_t k = 0; k < s->solutions->n; k++) {
         struct phys_solution *a = &s->solutions->solution[k];
         double scale = fabs(a->energy) + fabs(a->action) / time;
+        if (fabs(time - a->time) > SAME * time)
+            continue;
         if (phys_farthest(s->dof * s->slices, a->path, s->path) <= SAME * s->span) {
             a->hits++;
             return true;
@@ -72,6 +74,7 @@ enum ad_status phys_multistart_keep(struct phys_multistart *s, struct ad_error *
     struct phys_solution *a = &all->solution[all->n];
     *a = (struct phys_solution){.path = path,
                                 .copy = path + s->n,
+                                .time = s->settings.dt * (double)(s->slices - 1),
                                 .energy = energy,
                                 .action = info->action,
                                 .copies = 1,
@@ -118,6 +121,12 @@ static int by_energy(const void *a, const void *b)
     return (x->energy > y->energy) - (x->energy < y->energy);
 }
 
+static int by_time(const void *a, const void *b)
+{
+    const struct phys_solution *x = a, *y = b;
+    return (x->time > y->time) - (x->time < y->time);
+}
+
 /* With many coordinates spurious paths of the grid cannot be detected with certainty. */
 void phys_multistart_sort(struct phys_multistart *s)
 {
@@ -132,7 +141,7 @@ void phys_multistart_sort(struct phys_multistart *s)
         }
     all->n = kept;
     if (kept)
-        qsort(all->solution, kept, sizeof *all->solution, by_energy);
+        qsort(all->solution, kept, sizeof *all->solution, s->free_time ? by_time : by_energy);
 }
 
 void phys_solutions_free(struct phys_solutions *solutions)

@@ -121,7 +121,7 @@ static void a_relation(void **state)
 static void a_free_time(void **state)
 {
     (void)state;
-    double v0 = sqrt(2 * 3.2), v1 = sqrt(2 * (3.2 - 0.8));
+    double v0 = sqrt(2 * 3.2), v1 = sqrt(2 * (3.2 - 0.8)), time;
     shell_works("$LA path freebody --end x=0.8 --time free --dt 0.02 --slices 21 --energy 3.2 "
                 "--tol 1e-9 --json");
     assert_close(shell_number("time"), v0 - v1, 0, 1e-8);
@@ -129,6 +129,17 @@ static void a_free_time(void **state)
     shell_works("$LA path brachistochrone --tol 1e-8 --json");
     assert_close(shell_number("time"), 1.801603122, 0, 1e-8);
     assert_int_equal(shell("$LA path freebody --end x=0.8 --time free --energy -1"), 1);
+    shell_works("$LA path freebody --end x=0.8 --time free --dt 0.2 --slices 31 --energy 3.2 --all "
+                "--csv found.csv --json");
+    assert_close(shell_number_in("paths", "time"), v0 - v1, 1e-10, 0);
+    assert_close(shell_number("time_limit"), 6, 1e-10, 0);
+    assert_close(shell_number("time"), v0 - v1, 1e-10, 0);
+    assert_close(shell_number("energy"), 3.2, 1e-10, 0);
+    double ends[2];
+    read_ends(1, ends, &time);
+    assert_close(time, v0 - v1, 1e-10, 0);
+    assert_int_equal(shell("$LA path freebody --end x=4 --time free --energy 3.2 --all"), 1);
+    assert_int_equal(shell("$LA path brachistochrone --all"), 1); /* L is singular at its start */
     assert_int_equal(shell("$LA path freebody --end x=9 --time free --energy 3.2 --tol 1e-6"), 1);
 }
 

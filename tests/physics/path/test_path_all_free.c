@@ -128,28 +128,38 @@ static void every_motion_to_a_free_end(void **state)
     phys_system_close(&system);
 }
 
-/* One of two pendulums is free at its end: every path found is a pair of motions. */
-static void random_starts_find_true_motions(void **state)
+/* Of two pendulums one has a free end, or start, which is the same backwards, or either has one of
+   both: every pair of motions, once. */
+static void every_pair_with_a_free_end(void **state)
 {
-    const struct phys_ends end = {.size = sizeof end, .free = {NULL, free_first}};
+    static const bool second[] = {false, true};
+    static const struct phys_ends ends[] = {
+        {.size = sizeof *ends, .free = {NULL, free_first}},
+        {.size = sizeof *ends, .free = {free_first, NULL}},
+        {.size = sizeof *ends, .free = {free_first, second}},
+    };
     struct phys_system system = opened(pendulums, 2);
-    const double between[] = {0.5, 0.5, -0.3, 0.8}, time = 5;
-    double energy[2][MOST];
-    struct phys_solutions all;
+    const double time = 4;
     (void)state;
-    const size_t n = count_motions(between[0], (double)NAN, time, 3, energy[0]);
-    const size_t m = count_motions(between[2], between[3], time, 12, energy[1]);
-    search(&system, &end, between, time, &all);
-    print_message("%zu of %zu, %zu starts\n", all.n, n * m, all.starts);
-    assert_in_range(all.n, 2, n * m);
-    assert_true(all.starts > 0 && all.unseen_limit > 0 && isnan(all.unseen_paths));
-    for (size_t k = 0; k < all.n; k++) {
-        double least = (double)INFINITY;
-        for (size_t i = 0; i < n * m; i++)
-            least = fmin(least, fabs(energy[0][i / m] + energy[1][i % m] - all.solution[k].energy));
-        assert_true(least < 1e-5);
+    for (size_t c = 0; c < LENGTH(ends); c++) {
+        const bool both = c == 2;
+        double energy[2][MOST];
+        struct phys_solutions all;
+        const size_t n = count_motions(0.5, (double)NAN, time, 3, energy[0]);
+        const size_t m = count_motions(-0.3, both ? (double)NAN : 0.8, time, 12, energy[1]);
+        search(&system, &ends[c], (double[]){0.5, 0.5, -0.3, both ? -0.3 : 0.8}, time, &all);
+        print_message("%zu of %zu\n", all.n, n * m);
+        assert_int_equal(all.n + all.unresolved, n * m);
+        assert_true(all.saturated && all.starts == 0 && all.unresolved <= 1);
+        assert_true((all.farthest > 0) == (c > 0));
+        for (size_t k = 0; k < all.n; k++) {
+            size_t same = 0;
+            for (size_t i = 0; i < n * m; i++)
+                same += fabs(energy[0][i / m] + energy[1][i % m] - all.solution[k].energy) < 1e-5;
+            assert_int_equal(same, all.solution[k].copies);
+        }
+        phys_solutions_free(&all);
     }
-    phys_solutions_free(&all);
     phys_system_close(&system);
 }
 
@@ -196,7 +206,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_motion_to_a_free_end),
-        cmocka_unit_test(random_starts_find_true_motions),
+        cmocka_unit_test(every_pair_with_a_free_end),
         cmocka_unit_test(a_linear_relation_leaves_one_path),
         cmocka_unit_test(rest_at_zero_between_free_ends),
     };

@@ -131,7 +131,7 @@ static void a_singular_root_alone_is_no_family(void **state)
         struct phys_end_roots roots = {0};
         double w[PHYS_END_MAP_DOF] = {0};
         assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
-        assert_int_equal(phys_end_map_new(&map, &system, zero, zero, M_PI, 1, &error), AD_OK);
+        assert_int_equal(phys_end_map_new(&map, &system, NULL, zero, zero, M_PI, 1, &error), AD_OK);
         struct phys_covering covering = {.map = &map, .outer = 3, .roots = &roots};
         assert_int_equal(phys_cover_near(&covering, w, &error), cases[c].dimension);
         assert_int_equal(roots.n, 1);
@@ -163,7 +163,8 @@ static void coverings_are_cheap(void **state)
         stiffness = cases[c].stiffness;
         assert_int_equal(phys_system_make(&scene, &system, &error), AD_OK);
         assert_int_equal(
-            phys_end_map_new(&map, &system, from, cases[c].to, cases[c].time, 1, &error), AD_OK);
+            phys_end_map_new(&map, &system, NULL, from, cases[c].to, cases[c].time, 1, &error),
+            AD_OK);
         struct phys_covering covering = {.map = &map, .outer = 3, .roots = &roots, .steps = 200000};
         assert_int_equal(phys_cover(&covering, &error), AD_OK);
         print_message("%zu steps, %zu roots, undecided %g\n", map.steps, roots.n,
