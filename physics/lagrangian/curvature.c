@@ -43,7 +43,8 @@ enum ad_status phys_curvature_new(struct phys_curvature *c, const struct phys_sy
     if (n <= SIZE_MAX / sizeof(double) / (4 * n + 4))
         c->q = malloc((4 * n * n + 4 * n) * sizeof *c->q);
     c->pivots = malloc(n * sizeof *c->pivots);
-    if (!c->tape || !c->q || !c->pivots)
+    c->span = malloc(2 * n * sizeof *c->span);
+    if (!c->tape || !c->q || !c->pivots || !c->span)
         return ad_fail(error, AD_E_MEMORY, "out of memory for %zu coordinates", n);
     c->v = c->q + n;
     c->vt = c->v + n;
@@ -60,7 +61,27 @@ void phys_curvature_free(struct phys_curvature *c)
 {
     ad_program_free(c->program);
     ad_tape_free(c->tape);
-    AD_FREE(c->q, c->pivots);
+    AD_FREE(c->q, c->pivots, c->span);
+}
+
+/* What is 0, which lattices and most sets of bodies have much of. */
+static void find_zeros(struct phys_curvature *c)
+{
+    const size_t n = c->system->dof;
+    c->mixed = false;
+    c->diagonal = true;
+    for (size_t k = 0; k < n * n; k++) {
+        const size_t i = k / n, j = k % n;
+        size_t *span = c->span + 2 * i;
+        c->mixed |= c->qv[k] != 0;
+        c->diagonal &= i == j || c->vv[k] == 0;
+        if (j == 0)
+            span[0] = span[1] = 0;
+        if (c->qq[k] != 0) {
+            span[0] = span[1] ? span[0] : j;
+            span[1] = j + 1;
+        }
+    }
 }
 
 bool phys_curvature_at(struct phys_curvature *c, const double *q, const double *v, double t)
@@ -77,6 +98,7 @@ bool phys_curvature_at(struct phys_curvature *c, const double *q, const double *
     for (size_t k = 0; k < 3 * n * n + 3 * n; k++)
         if (!isfinite(c->q[k]))
             return false;
+    find_zeros(c);
     memcpy(c->factor, c->vv, n * n * sizeof *c->factor);
     return phys_lapack_lu_factor(n, c->factor, c->pivots) == 0;
 }
@@ -96,15 +118,17 @@ void phys_curvature_vary(struct phys_curvature *c, const double *dq, const doubl
                          double *force)
 {
     size_t n = c->system->dof;
-    for (size_t i = 0; i < n; i++) {
-        dv[i] = dp[i];
-        for (size_t j = 0; j < n; j++)
+    memmove(dv, dp, n * sizeof *dv);
+    for (size_t j = 0; c->mixed && j < n; j++)
+        for (size_t i = 0; i < n; i++)
             dv[i] -= c->qv[j * n + i] * dq[j];
-    }
-    phys_lapack_lu_solve(n, c->factor, c->pivots, dv);
+    for (size_t i = 0; c->diagonal && i < n; i++)
+        dv[i] /= c->vv[i * n + i];
+    if (!c->diagonal)
+        phys_lapack_lu_solve(n, c->factor, c->pivots, dv);
     for (size_t i = 0; force && i < n; i++) {
         force[i] = 0;
-        for (size_t j = 0; j < n; j++)
-            force[i] += c->qq[i * n + j] * dq[j] + c->qv[i * n + j] * dv[j];
+        for (size_t j = c->mixed ? 0 : c->span[2 * i]; j < (c->mixed ? n : c->span[2 * i + 1]); j++)
+            force[i] += c->qq[i * n + j] * dq[j] + (c->mixed ? c->qv[i * n + j] * dv[j] : 0);
     }
 }

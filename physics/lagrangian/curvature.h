@@ -13,8 +13,11 @@ struct phys_curvature {
     /* At the place last evaluated: L_q, L_v, L_vt [dof]; L_qq, L_qv and L_vv [dof x dof], element
        (i, j) of L_qv d2L / dq_i dv_j. */
     double *q, *v, *vt, *qq, *qv, *vv;
-    double *factor; /* [dof x dof] of L_vv, P L U */
+    bool mixed, diagonal; /* L_qv is not 0; L_vv is diagonal */
+    double *factor;       /* [dof x dof] of L_vv, P L U */
     int *pivots;
+    size_t *span; /* [dof][2] of each row of L_qq: its first element that is not 0, and past the
+                     last */
 };
 
 /* Ends with phys_curvature_free, whatever it returned. */

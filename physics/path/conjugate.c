@@ -7,6 +7,7 @@
    often as the fields lose rank there (Morse; Duistermaat, Adv. Math. 21, 1976). */
 #include "autodiff/ascending.h"
 #include "internal.h"
+#include "autodiff/blas.h"
 #include "autodiff/free.h"
 #include "shooting.h"
 #include "physics/io/grow.h"
@@ -261,10 +262,12 @@ enum ad_status phys_path_conjugate(const struct phys_system *system,
     PHYS_OWN_PATH(settings, error);
     if (system->dof > PHYS_SHOOTING_DOF)
         return AD_OK;
+    ad_blas_single_thread(); /* matrices are too small to share */
     if (phys_shooting_new(&s, system, settings, path, error) && phys_shooting_solve(&s, loose) &&
         phys_shooting_moved(&s) <= NEAR && find(&s, &rough) && phys_shooting_solve(&s, tight) &&
         find(&s, &fine) && rough.n == fine.n)
         adopt(&rough, &fine, spectrum, error);
+    ad_blas_threads();
     phys_shooting_free(&s);
     AD_FREE(rough.at, fine.at);
     return error->status;

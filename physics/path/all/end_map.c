@@ -161,7 +161,7 @@ static enum end follow(struct phys_end_map *m, const double *w, bool vary, doubl
 {
     size_t n = m->dof;
     const struct phys_ode *ode = vary ? &m->varied : &m->motion;
-    double by[PHYS_END_MAP_DOF * (2 * PHYS_END_MAP_DOF + 1)];
+    double by[PHYS_END_MAP_DOF * (2 * PHYS_END_MAP_DOF + 1)] = {0};
     struct ad_error lost = {0};
     struct phys_simulation_info info = {0};
     if (!phys_end_map_start(m, w, m->y, m->y + n, time, vary ? by : NULL))
