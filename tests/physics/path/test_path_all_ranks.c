@@ -15,8 +15,8 @@ struct job {
     double value;
     size_t slices;
     double time;
-    bool interrupted; /* by the last rank, at once */
-    bool free_end;
+    bool interrupted;         /* by the last rank, at once */
+    bool free_end, free_time; /* of energy -0.5 */
     struct phys_system system[MOST];
     struct phys_solutions all[MOST];
     struct ad_error error[MOST];
@@ -44,7 +44,9 @@ static void work(void *context, struct ad_ranks *ranks)
     settings.slices = j->slices;
     settings.dt = j->time / (double)(j->slices - 1);
     settings.ranks = ranks;
-    settings.ends = j->free_end ? &free_end : NULL;
+    const struct phys_ends free_time = {
+        .size = sizeof free_time, .free_time = true, .energy = -0.5};
+    settings.ends = j->free_end ? &free_end : j->free_time ? &free_time : NULL;
     phys_path_motion(system, &settings, NULL, 1, path, &which, error);
     if (j->interrupted && ranks && rank + 1 == ranks->count)
         settings.proceed = ends;
@@ -77,7 +79,7 @@ static void same_solutions(const struct phys_solutions *a, const struct phys_sol
     for (size_t k = 0; k < a->n; k++) {
         const struct phys_solution *x = &a->solution[k], *y = &b->solution[k];
         assert_memory_equal(x->path, y->path, numbers * sizeof *x->path);
-        assert_true(x->energy == y->energy && x->action == y->action);
+        assert_true(x->energy == y->energy && x->action == y->action && x->time == y->time);
         assert_int_equal(x->copies, y->copies);
         assert_int_equal(x->hits, y->hits);
         assert_int_equal(x->resolved, y->resolved);
@@ -134,6 +136,9 @@ static void test_two_coordinates(void **state)
 {
     (void)state;
     struct job j = {.scene = "kepler", .name = "gm", .value = 1, .slices = 21, .time = 1.5};
+    check(&j, 2, true);
+    j.free_time = true;
+    j.time = 5;
     check(&j, 2, true);
 }
 
