@@ -13,7 +13,8 @@
 static enum ad_status begin(void *context, struct outputs *outputs, struct ad_error *error)
 {
     struct path_run *run = context;
-    if (path_wants_tolerance(run->options) && path_refine(run, error) != AD_OK)
+    if (path_wants_tolerance(run->options) &&
+        (path_is_periodic(run->options) ? path_periodic_refine : path_refine)(run, error) != AD_OK)
         return error->status;
     path_record_begin(&run->record, run, outputs->file, outputs->plot.script != NULL);
     return outputs->file ? path_file_begin(run, outputs->file, error) : AD_OK;
@@ -23,12 +24,15 @@ static enum ad_status solve(void *context, struct ad_error *error)
 {
     struct path_run *run = context;
     struct path_record *record = &run->record;
+    struct phys_path_info first;
     run->settings.progress = path_record_step;
     run->settings.proceed = path_record_proceed;
     run->settings.context = record;
-    run->settings.compare = run->reference;
+    run->settings.compare = path_is_periodic(run->options) ? NULL : run->reference;
     interrupt_catch();
-    if (path_wants_all(run->options)) {
+    if (path_is_periodic(run->options)) {
+        path_periodic_solve(run, &first, error);
+    } else if (path_wants_all(run->options)) {
         path_find_all(run, error);
     } else if (run->ends.free_time) {
         phys_path_free_time(&run->system, &run->settings, run->ends.energy, run->path,
@@ -37,6 +41,8 @@ static enum ad_status solve(void *context, struct ad_error *error)
     }
     if (error->status == AD_OK)
         phys_path_find(run->solver, &run->system, &run->settings, run->path, &run->found, error);
+    if (error->status == AD_OK && path_is_periodic(run->options) && !interrupted())
+        path_periodic_compare(run, &first, error);
     progress_end(&record->progress);
     if (record->failed)
         ad_fail(error, AD_E_MEMORY, "out of memory for the history of the run");
@@ -125,6 +131,8 @@ static int judge(const struct path_run *run, struct ad_error *error)
         ad_fail(error, AD_E_ARGUMENT, "not converged: %s, |gradient| %.3g after %zu steps%s",
                 path_stop_name(run->found.info.stop), run->found.info.grad_norm,
                 run->found.info.steps, advice(run));
+    else if (path_is_periodic(run->options))
+        path_periodic_judge(run, error);
     else if (run->found.unknown && !path_wants_all(run->options))
         ad_fail(error, AD_E_ACCURACY,
                 "the path is not known: the ends are conjugate or nearly, and between such there "
@@ -198,7 +206,12 @@ static const struct option table[] = {
     {"lr", "X", OPTION_POSITIVE, NULL, "learning rate [as published, else 0.01]",
      AT(learning_rate)},
     {"ends", "WHICH", OPTION_TEXT, "both",
-     "what is given: both ends, or start: the first two slices, and the motion follows", AT(ends)},
+     "what is given: both ends; start: the first two slices, and the motion follows; periodic: "
+     "none, "
+     "the path closes, see below",
+     AT(ends)},
+    {"choreography", NULL, OPTION_FLAG, NULL,
+     "of --ends periodic: bodies that are alike follow each other on one curve", AT(choreography)},
     {"start", "ENDS", OPTION_INPUT, NULL,
      "one end, x=1,y=-pi/2 or the first row of FILE.csv; y=free: its momentum is 0 [the scene's]",
      AT(start)},
@@ -286,6 +299,15 @@ const struct command command_path = {
              "the reference leads to another stationary path that is said; the exit status is\n"
              "1 where --reference asked for it, or --data, but 0 with --tol, whose estimate is\n"
              "that of the path found.\n\n"
+             "--ends periodic closes the path after --time T, or after the period of --energy E, "
+             "which\n"
+             "is looked for near T. The start, --init FILE.csv or the scene's motion, is rough: "
+             "from\n"
+             "what newton makes of it the periodic motion is found by shooting, with its "
+             "multipliers,\n"
+             "and is the reference; --tol is the distance from it. With --choreography the path is "
+             "the\n"
+             "share of the period after which each body is where the next one was.\n\n"
              "mpirun -n N leastaction path ... splits the slices among ranks, each with memory\n"
              "for its share (make MPI=1; docs/scale.md). The bits do not depend on N."},
     .bytes = sizeof(struct path_options),

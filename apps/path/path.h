@@ -11,6 +11,7 @@
 #include "physics/ephemeris/horizons.h"
 #include "physics/motion/motion.h"
 #include "physics/physics.h"
+#include "physics/stability/periodic.h"
 #include "physics/io/hdf5_file.h"
 
 struct path_options {
@@ -24,7 +25,7 @@ struct path_options {
     size_t slices, steps, every, days, dims, adam_steps, hold;
     double dt, learning_rate, momentum, noise, tolerance, grad_tolerance, energy_weight;
     const char *energy_loss, *ends;
-    bool stop_at_reference, all, blocks;
+    bool stop_at_reference, all, blocks, choreography;
     double energy;
 };
 
@@ -71,6 +72,8 @@ struct path_run {
     struct phys_continued continued;
     struct path_record record;
     struct phys_path_found found;
+    struct phys_periodic periodic;   /* --ends periodic; none else ... */
+    double off;                      /* ... and how far from it the path is */
     struct phys_solutions solutions; /* --all, --energy; none else */
     double longest;                  /* time of theirs, where it is free */
     size_t chosen;
@@ -125,6 +128,28 @@ enum ad_status path_relations(struct path_run *run, struct ad_error *error);
 enum ad_status path_meet_ends(struct path_run *run, bool line, struct ad_error *error);
 /* The coordinates and the time that were free, as found. */
 void path_report_ends(const struct path_run *run, struct report *report);
+
+/* ---- periodic paths (path_periodic.c) ---- */
+
+/* Whether --ends periodic was given, and whether it goes with the other options. */
+bool path_is_periodic(const struct path_options *options);
+enum ad_status path_periodic_check(const struct path_run *run, struct ad_error *error);
+/* How many times the time of the path the period is: 1, or of a choreography the bodies. */
+size_t path_shares(const struct path_run *run);
+/* Room for the ends, all free; then, with a start, the relations that close them. */
+enum ad_status path_periodic_ends(struct path_run *run, struct ad_error *error);
+void path_periodic_relate(struct path_run *run);
+/* From run->path a stationary path, from that the periodic motion near it, which becomes the
+   reference, and run->path, with its period; `info` of the former. AD_E_ACCURACY: there is none. */
+enum ad_status path_periodic_solve(struct path_run *run, struct phys_path_info *info,
+                                   struct ad_error *error);
+/* How far from that motion run->path is, once it is stationary again; its steps began with info. */
+enum ad_status path_periodic_compare(struct path_run *run, const struct phys_path_info *info,
+                                     struct ad_error *error);
+/* With --tol: doubles the elements until the path is near enough to the motion. */
+enum ad_status path_periodic_refine(struct path_run *run, struct ad_error *error);
+enum ad_status path_periodic_judge(const struct path_run *run, struct ad_error *error);
+void path_periodic_report(const struct path_run *run, struct report *report);
 
 /* ---- refining (path_tolerance.c) ---- */
 

@@ -137,7 +137,7 @@ static enum ad_status read_time(struct path_run *run, struct ad_error *error)
     if (!options_number(text, &time) || !(time > 0))
         return ad_fail(error, AD_E_ARGUMENT, "--time: expected a number over 0, or free, got '%s'",
                        text);
-    run->settings.dt = time / (double)(run->settings.slices - 1);
+    run->settings.dt = time / (double)(run->settings.slices - 1) / (double)path_shares(run);
     return AD_OK;
 }
 
@@ -172,6 +172,8 @@ enum ad_status path_ends(struct path_run *run, struct ad_error *error)
     run->ends.free_time = free_time;
     run->ends.energy = option_number_or(options->energy, 0);
     run->settings.ends = &run->ends;
+    if (path_is_periodic(options))
+        return path_periodic_ends(run, error);
     if (!given)
         return AD_OK;
     run->given = malloc(2 * dof * sizeof *run->given);
@@ -240,6 +242,10 @@ void path_report_ends(const struct path_run *run, struct report *report)
 {
     size_t dof = run->system.dof, n = run->settings.slices;
     char name[32];
+    if (path_is_periodic(run->options)) {
+        path_periodic_report(run, report);
+        return;
+    }
     if (run->ends.free_time)
         report_number(report, "time", "time, found", run->system.scene->time_unit,
                       run->settings.dt * (double)(n - 1));

@@ -294,9 +294,9 @@ static void name_found(const struct path_run *run, struct line *line)
 static void name_run(const struct path_run *run, FILE *out)
 {
     char text[160];
-    snprintf(text, sizeof text, "%.60s: path between two ends by %s, rule %s, %zu slices",
-             run->system.scene->name, run->solver->name, run->settings.rule->name,
-             run->settings.slices);
+    snprintf(text, sizeof text, "%.60s: %s by %s, rule %s, %zu slices", run->system.scene->name,
+             path_is_periodic(run->options) ? "periodic path" : "path between two ends",
+             run->solver->name, run->settings.rule->name, run->settings.slices);
     fputs("name = ", out);
     quote_gnuplot_label(out, text);
     fputc('\n', out);

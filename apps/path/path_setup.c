@@ -78,14 +78,10 @@ static enum ad_status choose_solver(const struct path_options *options, struct p
     bool newton = path_wants_all(options) || free_time;
     const char *name = options->solver ? options->solver : default_solver(options, run);
     run->solver = phys_solver_find(newton ? "newton" : name, error);
-    static const char *const ends[] = {"both", "start"};
-    if (strcmp(options->ends, "periodic") == 0)
-        return ad_fail(
-            error, AD_E_ARGUMENT,
-            "--ends periodic: a periodic path is a motion: simulate %s --periodic T, with "
-            "--hold period or energy, --choreography, --continue",
-            run->system.scene->name);
-    bool start = options_choose("ends", options->ends, 2, ends, error) == 1;
+    static const char *const ends[] = {"both", "start", "periodic"};
+    if (path_periodic_check(run, error) != AD_OK)
+        return error->status;
+    bool start = options_choose("ends", options->ends, 3, ends, error) == 1;
     if (path_wants_all(options) && free_time && !options->all)
         return ad_fail(
             error, AD_E_ARGUMENT,
@@ -165,16 +161,17 @@ enum ad_status path_setup(const struct path_options *options, struct path_run *r
         path_continuation(run, error) != AD_OK)
         return error->status;
     choose_solver(options, run, error);
-    const char *rule = run->preset && !is_exact(run)                                ? "left+repeat"
-                       : run->system.scene->free_time || path_time_is_free(options) ? "gauss4"
-                                                                                    : "left";
+    const bool smooth =
+        run->system.scene->free_time || path_time_is_free(options) || path_is_periodic(options);
+    const char *rule = run->preset && !is_exact(run) ? "left+repeat" : smooth ? "gauss4" : "left";
     run->settings.rule = phys_rule_find(options->rule ? options->rule : rule, error);
     choose_settings(options, run);
     choose_noise(options, run);
     if (error->status != AD_OK || choose_energy_loss(options, run, error) != AD_OK ||
         path_ephemeris(options, run, &observed, error) != AD_OK ||
         check_settings(run, error) != AD_OK || path_ends(run, error) != AD_OK ||
-        (path_wants_tolerance(options) && path_check_tolerance(run, error) != AD_OK)) {
+        (path_wants_tolerance(options) && !path_is_periodic(options) &&
+         path_check_tolerance(run, error) != AD_OK)) {
         free(observed);
         return error->status;
     }
@@ -191,9 +188,11 @@ void path_run_free(struct path_run *run)
     phys_refined_free(&run->refined);
     phys_continued_free(&run->continued);
     path_record_free(&run->record);
+    phys_periodic_free(&run->periodic);
     phys_solutions_free(&run->solutions);
     phys_path_found_free(&run->found);
-    AD_FREE(run->given, run->moves, run->relation, run->reference, run->start, run->path);
+    AD_FREE(run->given, run->moves, run->relation, run->reference, run->start, run->path,
+            run->settings.start_momentum);
     phys_system_close(&run->system);
     scene_inputs_free(&run->inputs);
 }

@@ -9,7 +9,8 @@ enum { STARTS = 200 }; /* random velocities at most, where there are several coo
 
 bool path_wants_all(const struct path_options *options)
 {
-    return options->all || (!isnan(options->energy) && !path_time_is_free(options));
+    return options->all ||
+           (!isnan(options->energy) && !path_time_is_free(options) && !path_is_periodic(options));
 }
 
 /* Tolerance of the energy asked for; where that is 0, of the largest found. */

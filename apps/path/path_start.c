@@ -109,6 +109,8 @@ static enum ad_status make_start(struct path_run *run, const double *file, const
         if (observed && !run->preset && run->solver != &phys_solver_march)
             phys_path_bend(dof, slices, observed, run->start);
     }
+    if (path_is_periodic(run->options))
+        path_periodic_relate(run);
     if (run->given && path_meet_ends(run, !file && !motion, error) != AD_OK)
         return error->status;
     if (run->noise.sigma > 0)

@@ -116,12 +116,13 @@ static enum ad_status file_history(const struct path_run *run, phys_hdf5 *file,
 enum ad_status path_file(const void *context, phys_hdf5 *file, struct ad_error *error)
 {
     const struct path_run *run = context;
-    if (run->found.info.steps % run->every !=
-        0) { /* the found path is always the last one stored */
+    if (run->periodic.n || run->found.info.steps % run->every != 0) { /* the last one stored */
         double step = (double)run->found.info.steps;
         phys_hdf5_append(file, "step", &step);
         phys_hdf5_append(file, "path", run->path);
     }
+    if (run->periodic.n)
+        file_path(run, file, "reference", run->system.scene->unit, run->reference);
     if (run->found.force) {
         const struct phys_scene *scene = run->system.scene;
         char unit[UNIT_FORCE];

@@ -111,7 +111,6 @@ enum ad_status simulate_ephemeris_judge(const struct simulate_run *run, struct a
    last one of its family (simulate_periodic.c). */
 enum ad_status simulate_periodic(struct simulate_run *run, struct ad_error *error);
 void simulate_periodic_free(struct simulate_run *run);
-void simulate_report_periodic(const struct simulate_run *run, struct report *report);
 
 /* --continue (simulate_family.c): reads NAME=TO or NAME=FROM:TO, which sets the parameter to FROM
    before there is a start. */

@@ -1,5 +1,6 @@
 /* The results of a simulation, as one table (simulate.h). */
 #include "simulate.h"
+#include "apps/output/periodic.h"
 #include "apps/output/report.h"
 
 #include <math.h>
@@ -322,7 +323,7 @@ static void report_diagnosis(const struct simulate_run *run, struct report *repo
                     run->options->lyapunov, run->change);
     }
     simulate_family_report(run, report);
-    simulate_report_periodic(run, report);
+    report_periodic(&run->system, &run->periodic, report);
     simulate_report_sensitivity(run, report);
     report_number(report, "mass_condition", NULL, NULL,
                   d->mass_condition > 0 ? d->mass_condition : (double)NAN);

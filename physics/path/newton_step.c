@@ -11,6 +11,8 @@
 /* Damping in units of the kinetic stiffness, where the spectrum of H ends at about 4. */
 static const double LEAST_DAMPING = 1e-5, MOST_DAMPING = 1e4, DAMPING_FACTOR = 10;
 
+static const double FAMILY_DAMPING = 1e-7; /* leaves out what is singular, where that is asked */
+
 static const double POOR = 0.25;  /* a step that leaves more of the gradient may have been short */
 static const double FAST = 1e-3;  /* one that leaves so little: Newton's method converges */
 static const double SLOW = 0.999; /* ... and one that leaves so much is hardly a step */
@@ -125,6 +127,11 @@ static bool lengthen(struct phys_newton *s, double from, double here, size_t num
     return length > 1;
 }
 
+double phys_newton_least_damping(const struct phys_newton *s)
+{
+    return s->settings.ends && s->settings.ends->families ? FAMILY_DAMPING : 0;
+}
+
 /* Whether the step changes the last bits of every coordinate alone. */
 static bool within_last_bits(const struct phys_newton *s)
 {
@@ -207,13 +214,13 @@ static bool improve_damped(struct phys_newton *s, struct phys_path_step *at, siz
         if (from <= s->rounding || s->damping >= MOST_DAMPING || s->band.no_memory ||
             phys_hessian_stopped(&s->hessian))
             return false;
-        s->damping = s->damping > 0 ? s->damping * DAMPING_FACTOR : LEAST_DAMPING;
+        s->damping = fmax(LEAST_DAMPING, s->damping * DAMPING_FACTOR);
         first = false;
     }
     if (first && !s->lengthened) /* else the next step needs about as much */
         s->damping /= DAMPING_FACTOR * DAMPING_FACTOR;
     if (s->damping < LEAST_DAMPING)
-        s->damping = 0;
+        s->damping = phys_newton_least_damping(s);
     *slow = norm(s) > SLOW * from ? *slow + 1 : 0;
     return true;
 }
@@ -226,7 +233,7 @@ static bool improve_naturally(struct phys_newton *s, struct phys_path_step *at)
     const size_t number = at->step + 1;
     phys_newton_differentiate(s);
     double from = norm(s), here;
-    if (s->hessian.stopped || !factor(s, 0))
+    if (s->hessian.stopped || !factor(s, phys_newton_least_damping(s)))
         return false;
     find_step(s);
     memcpy(s->before, s->path.x, s->path.n * sizeof *s->before);

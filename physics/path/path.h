@@ -63,6 +63,8 @@ struct phys_ends {
     const double *relation;
     bool free_time; /* phys_path_refine, phys_path_all: the duration is found, too, ... */
     double energy;  /* ... that of the path of this energy (phys_path_free_time) */
+    bool families;  /* paths that keep the relations may form families: steps of newton do not lead
+                       along them */
 };
 
 struct phys_path_settings {

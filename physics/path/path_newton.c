@@ -10,7 +10,8 @@ static enum phys_stop follow(struct phys_newton *s, struct phys_path_step *at)
 {
     enum phys_stop stop = phys_path_program_report(&s->path, at);
     size_t slow = 0;
-    s->damping = s->first = 0;
+    s->damping = phys_newton_least_damping(s);
+    s->first = 0;
     s->arrived = false;
     while (!stop) {
         bool moved = phys_newton_improve(s, at, &slow);

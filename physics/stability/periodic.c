@@ -169,6 +169,9 @@ static enum ad_status begin(struct orbit *o, struct phys_periodic *found, struct
         if (!isfinite(o->settings->x[i]))
             return ad_fail(error, AD_E_ARGUMENT, "x[%zu] = %g; expected a finite start", i,
                            o->settings->x[i]);
+    if (o->settings->energy && !isfinite(*o->settings->energy))
+        return ad_fail(error, AD_E_ARGUMENT, "energy: expected a finite number, got %g",
+                       *o->settings->energy);
     if (o->settings->choreography && o->system->bodies < 2)
         return ad_fail(error, AD_E_ARGUMENT, "choreography: expected two bodies or more, got %zu",
                        o->system->bodies);
@@ -198,7 +201,7 @@ static enum ad_status begin(struct orbit *o, struct phys_periodic *found, struct
         phys_ode_lagrangian(o->system, &o->plain, error) != AD_OK ||
         phys_typical_sizes(&o->plain, 0, found->x, o->size, error) != AD_OK)
         return error->status;
-    o->energy = energy_of(o, found->x);
+    o->energy = o->settings->energy ? *o->settings->energy : energy_of(o, found->x);
     o->power = o->energy != 0 ? fabs(o->energy) : 1;
     return AD_OK;
 }

@@ -27,6 +27,7 @@ struct phys_periodic_settings {
        was at the start, the next one or the one before, whichever is nearer: all follow one curve.
        The bodies must be alike. */
     bool choreography;
+    const double *energy; /* of hold_energy; NULL: that of x */
 };
 
 enum phys_periodic_kind {
