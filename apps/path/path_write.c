@@ -72,7 +72,7 @@ enum ad_status path_file_begin(const struct path_run *run, phys_hdf5 *file, stru
     phys_hdf5_number(file, "/", "energy_weight", settings->energy_weight, NULL);
     phys_hdf5_integer(file, "/", "seed", (int64_t)run->options->common.seed, NULL);
     report_parameters(&run->system, file);
-    if (run->reference)
+    if (run->reference && !path_is_periodic(run->options)) /* that is known at the end */
         file_path(run, file, "reference", scene->unit, run->reference);
     phys_hdf5_extendable(file, "step", AD_F64, 1, (size_t[]){0});
     phys_hdf5_extendable(file, "path", AD_F64, 3, (size_t[]){0, run->system.dof, settings->slices});

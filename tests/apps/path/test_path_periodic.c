@@ -77,7 +77,7 @@ static void the_period_of_a_pendulum(void **state)
     (void)state;
     for (size_t k = 0; k < sizeof energies / sizeof *energies; k++) {
         shell_works("$LA path pendulum --set l=1 --ends periodic --time 7.3 --energy %g --tol 1e-9 "
-                    "--json",
+                    "--out run.h5 --json",
                     energies[k]);
         assert_close(shell_number("period"), 4 * elliptic(energies[k] / 2), 0, 1e-12);
         assert_true(shell_number("max_error") < 1e-9);
