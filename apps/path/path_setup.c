@@ -77,9 +77,9 @@ static enum ad_status choose_solver(const struct path_options *options, struct p
     bool free_time = run->system.scene->free_time || path_time_is_free(options);
     bool newton = path_wants_all(options) || free_time;
     const char *name = options->solver ? options->solver : default_solver(options, run);
-    run->solver = phys_solver_find(newton ? "newton" : name, error);
     static const char *const ends[] = {"both", "start", "periodic"};
-    if (path_periodic_check(run, error) != AD_OK)
+    run->solver = phys_solver_find(newton ? "newton" : name, error);
+    if (!run->solver || path_periodic_check(run, error) != AD_OK)
         return error->status;
     bool start = options_choose("ends", options->ends, 3, ends, error) == 1;
     if (path_wants_all(options) && free_time && !options->all)

@@ -235,9 +235,13 @@ static enum ad_status approach(struct orbit *o, struct phys_periodic *found, str
             AD_OK ||
         choose_turn(o, found->x, error) != AD_OK)
         return error->status;
-    double left = measure(o, found->x, o->left), first = left;
-    while (found->iterations < STEPS && advance(o, found->x, &found->period, &left, error))
+    double left = measure(o, found->x, o->left), first = left, before = INFINITY;
+    while (found->iterations < STEPS && (left >= nearly || left <= before / 2)) {
+        before = left;
+        if (!advance(o, found->x, &found->period, &left, error))
+            break;
         found->iterations++;
+    }
     o->close = fmax(nearly, rounding * phys_norm(o->d * o->d, o->y + o->d));
     if (error->status == AD_OK && !(left < o->close))
         ad_fail(error, AD_E_ACCURACY,

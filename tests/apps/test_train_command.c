@@ -241,7 +241,7 @@ static void test_nothing_learnt(void **state)
         if (cases[k].learns)
             assert_true(loss < 0.5 * zero);
         else
-            assert_close(loss, zero, 5e-3, 0);
+            assert_true(loss > 0.99 * zero);
         if (k == 0)
             assert_close(zero, sum / 120, 1e-9, 0);
         if (k == 3)

@@ -34,7 +34,7 @@ static double ring_error(const struct phys_integrator *integrator, size_t steps)
    rounding. */
 static size_t steps_for(const struct phys_integrator *fixed)
 {
-    const double small = fmax(pow(10, -(double)fixed->order - 1), 5e-11);
+    const double small = fmax(pow(10, -1.6 * (double)fixed->order - 1), 5e-11);
     size_t n = 8;
     while (ring_error(fixed, n) > small)
         n += n / 2;

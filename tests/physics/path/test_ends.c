@@ -245,7 +245,8 @@ static void what_is_refused(void **state)
     assert_int_equal(phys_path_solve(phys_solvers[0], &spring, &settings, path, &info, &error),
                      AD_E_ARGUMENT);
     error = (struct ad_error){0};
-    const struct phys_ends open = {.size = sizeof open, .free_time = true};
+    const struct phys_ends open = {
+        .size = sizeof open, .free_time = true, .free = {NULL, free_one}};
     settings.ends = &open;
     assert_int_equal(phys_path_all(&spring, &settings, path, 10, 1, &all, &error), AD_E_ARGUMENT);
     settings.ends = &end;
