@@ -30,14 +30,14 @@ static double ring_error(const struct phys_integrator *integrator, size_t steps)
     return sqrt(sum / STARTS);
 }
 
-/* The number of steps of the first error in its power law; that of half as many more is above
-   rounding. */
+/* The number of steps from which on errors follow their power law, that of half as many more being
+   above rounding. */
 static size_t steps_for(const struct phys_integrator *fixed)
 {
-    const double small = fmax(pow(10, -1.6 * (double)fixed->order - 1), 5e-11);
+    const double p = (double)fixed->order, small = fmax(pow(10, -2 * p), 5e-11);
     size_t n = 8;
-    while (ring_error(fixed, n) > small)
-        n += n / 2;
+    for (double error; (error = ring_error(fixed, n)) > small;)
+        n = 1 + (size_t)((double)n * fmin(pow(error / small, 1 / p), 16));
     return n;
 }
 
