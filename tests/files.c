@@ -86,6 +86,16 @@ char *files_read(const char *path, size_t *size)
     return text;
 }
 
+void files_are_same(const char *path, const char *other)
+{
+    size_t a, b;
+    char *one = files_read(path, &a), *two = files_read(other, &b);
+    assert_int_equal(a, b);
+    assert_memory_equal(one, two, a);
+    free(one);
+    free(two);
+}
+
 struct path files_data(const char *name)
 {
     struct path path = join("tests/data", name);

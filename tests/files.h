@@ -1,6 +1,5 @@
 /* Helpers for files: a private folder, and the reference data in tests/data. */
-#ifndef TESTS_FILES_H
-#define TESTS_FILES_H
+#pragma once
 
 #include <stddef.h>
 
@@ -28,9 +27,9 @@ void files_write_csv(const char *path, const char *header, size_t rows, size_t c
                      const double *values);
 /* Contents of a file as a string (free); fails the test if it cannot be read. */
 char *files_read(const char *path, size_t *size);
+/* Fails the test unless both have the same bytes. */
+void files_are_same(const char *path, const char *other);
 
 /* A file or folder of tests/data. A file that is kept as NAME.xz is unpacked into the test's own
    folder. */
 struct path files_data(const char *name);
-
-#endif

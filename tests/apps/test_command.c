@@ -152,21 +152,21 @@ static void test_set_and_preset(void **state)
 
 static void test_why_interpreted(void **state)
 {
+    static const char *const runs[][2] = {
+        {"path pendulum --solver adam --steps 3 -v", "too few runs"},
+        {"path pendulum --solver adam --steps 3 -v --no-native", "LEASTACTION_NATIVE=0"},
+        {"path pendulum --solver adam --steps 3", NULL},
+        {"simulate kepler --time 1 --verbose", "the series"},
+        {"simulate kepler --time 1 --integrator taylor -v", "the series"},
+        {"simulate kepler --time 1e5 --integrator taylor --no-reference -v", NULL},
+        {"simulate gas --set cutoff=3 --time .1 -v --no-native", "lists of near pairs"},
+    };
+    for (size_t k = 0; k < LENGTH(runs); k++) {
+        shell_works("$LA %s", runs[k][0]);
+        const char *why = strstr(shell_out(), "interpreted: ");
+        assert_true(runs[k][1] ? why && strstr(why, runs[k][1]) : !why);
+    }
     (void)state;
-    shell_works("$LA path pendulum --solver adam --steps 3 -v");
-    assert_non_null(strstr(shell_out(), "interpreted: too few runs"));
-    shell_works("$LA path pendulum --solver adam --steps 3 --verbose --no-native");
-    assert_non_null(strstr(shell_out(), "interpreted: LEASTACTION_NATIVE=0"));
-    shell_works("$LA path pendulum --solver adam --steps 3");
-    assert_null(strstr(shell_out(), "interpreted"));
-    shell_works("$LA simulate kepler --time 1 -v");
-    assert_non_null(strstr(shell_out(), "interpreted: the series"));
-    shell_works("$LA simulate kepler --time 1 --integrator taylor -v");
-    assert_non_null(strstr(shell_out(), "interpreted: the series"));
-    shell_works("$LA simulate kepler --time 1e5 --integrator taylor --no-reference -v");
-    assert_null(strstr(shell_out(), "interpreted"));
-    shell_works("$LA simulate gas --set cutoff=3 --time .1 -v --no-native");
-    assert_non_null(strstr(shell_out(), "interpreted: lists of near pairs"));
 }
 
 /* ---- results ---- */
@@ -209,8 +209,7 @@ static void test_outputs_agree(void **state)
     fclose(csv);
 }
 
-/* The first run is before all other tests, and the second after them: another second of the clock.
- */
+/* The first run is before all tests, the second after them: another second of the clock. */
 static int first_run(void **state)
 {
     return shell_setup(state) ||

@@ -53,12 +53,7 @@ static void check_resume(struct hnn_settings settings, struct hnn_training train
                             hnn_model_size(a) * hnn_type_bytes(settings.precision));
     assert_int_equal(hnn_trainer_save(at_once, whole.text, "x", &error), AD_OK);
     assert_int_equal(hnn_trainer_save(after, joined.text, "x", &error), AD_OK);
-    size_t bytes, others;
-    char *one = files_read(whole.text, &bytes), *two = files_read(joined.text, &others);
-    assert_int_equal(bytes, others);
-    assert_memory_equal(one, two, bytes);
-    free(one);
-    free(two);
+    files_are_same(whole.text, joined.text);
     hnn_trainer_free(at_once);
     hnn_trainer_free(before);
     hnn_trainer_free(after);

@@ -3,7 +3,6 @@
 #include "physics/io/hdf5_file.h"
 #include "tests/close.h"
 #include "tests/files.h"
-#include "tests/mentions.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -137,39 +136,6 @@ static void test_rates_by_name(void **state)
     dataset_refused(&s, AD_E_INPUT, "'q' differ number");
 }
 
-static void test_refused(void **state)
-{
-    (void)state;
-    static const struct {
-        const char *text, *state, *rate, *time, *says;
-    } wrong[] = {
-        {"q,q,dqdt,dpdt\n1,2,3,4\n", NULL, NULL, NULL, ":1: 'q'"},
-        {"q,q,dqdt,dpdt\n1,2,3,4\n", "1,2", NULL, NULL, "'q'"},
-        {"q,p,dqdt,dqdt\n1,2,3,4\n", NULL, NULL, NULL, "'dqdt'"},
-        {"q,2,dqdt,4\n1,2,3,4\n", NULL, NULL, NULL, ":1: names numbers"},
-        {"q,2,dqdt,4\n1,2,3,4\n", "1,2", "3,4", NULL, "names numbers"},
-        {"q,p,dqdt\n1,2,3\n", NULL, NULL, NULL, "'q' 'p' dXdt"},
-        {"q,,dqdt,\n1,2,3,4\n", NULL, NULL, NULL, "'q' dXdt 2 4"},
-        {"t,q,p\n0,1,2\n1,2,2\n", "t,q", NULL, "t", "column 1 time"},
-        {"q,p,dqdt,dpdt\n1,2,3,4\n", "+1,2", "3,4", NULL, "'+1'"}, /* no number */
-        {"q,p,dqdt,dpdt\n1,2,3,4\n", "1,2", "3,5", NULL, "'5'"},
-    };
-    for (size_t k = 0; k < LENGTH(wrong); k++) {
-        struct path file = files_write_text("wrong.csv", wrong[k].text);
-        struct hnn_dataset_settings s = {.size = sizeof s,
-                                         .file = file.text,
-                                         .state = wrong[k].state,
-                                         .rate = wrong[k].rate,
-                                         .time = wrong[k].time};
-        struct hnn_dataset d;
-        struct ad_error error = {0};
-        enum ad_status status = hnn_dataset_read(&s, &d, &error);
-        assert_int_not_equal(status, AD_OK);
-        assert_mentions(error.message, wrong[k].says);
-        hnn_dataset_free(&d);
-    }
-}
-
 /* ---- C7: arrays of HDF5, which have no order ---- */
 
 static void write_array(phys_hdf5 *file, const char *name, size_t cols, double first)
@@ -255,9 +221,9 @@ static void test_numbered_arrays(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_pairs),         cmocka_unit_test(test_names_are_told),
-        cmocka_unit_test(test_rates_by_name), cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_arrays),        cmocka_unit_test(test_numbered_arrays),
+        cmocka_unit_test(test_pairs),           cmocka_unit_test(test_names_are_told),
+        cmocka_unit_test(test_rates_by_name),   cmocka_unit_test(test_arrays),
+        cmocka_unit_test(test_numbered_arrays),
     };
     return cmocka_run_group_tests_name("names of columns", tests, files_setup, files_teardown);
 }

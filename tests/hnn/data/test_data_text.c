@@ -132,6 +132,16 @@ static const struct {
     {"t,q,p\n0,-1e308,2\n1,1e308,3\n", NULL, NULL, "t", "differences finite"},
     {"t,q,p\n0,1,2\n", NULL, NULL, "t", "1 rows samples"},
     {"trial,t,q,p\n1,0,1,2\n1,1,2,3\n2,0,2,3\n1,2,1,1\n", NULL, NULL, "t", "rows trial 1"},
+    {"q,q,dqdt,dpdt\n1,2,3,4\n", NULL, NULL, NULL, ":1: 'q'"},
+    {"q,q,dqdt,dpdt\n1,2,3,4\n", "1,2", NULL, NULL, "'q'"},
+    {"q,p,dqdt,dqdt\n1,2,3,4\n", NULL, NULL, NULL, "'dqdt'"},
+    {"q,2,dqdt,4\n1,2,3,4\n", NULL, NULL, NULL, ":1: names numbers"},
+    {"q,2,dqdt,4\n1,2,3,4\n", "1,2", "3,4", NULL, "names numbers"},
+    {"q,p,dqdt\n1,2,3\n", NULL, NULL, NULL, "'q' 'p' dXdt"},
+    {"q,,dqdt,\n1,2,3,4\n", NULL, NULL, NULL, "'q' dXdt 2 4"},
+    {"t,q,p\n0,1,2\n1,2,2\n", "t,q", NULL, "t", "column 1 time"},
+    {"q,p,dqdt,dpdt\n1,2,3,4\n", "+1,2", "3,4", NULL, "'+1'"}, /* no number */
+    {"q,p,dqdt,dpdt\n1,2,3,4\n", "1,2", "3,5", NULL, "'5'"},
 };
 
 static void test_refused(void **state)
