@@ -210,9 +210,8 @@ static enum ad_status refine(struct candidate *c, double setting, struct ad_erro
     c->trial->estimate = (double)NAN;
     for (size_t round = 0; again && round < ROUNDS && possible(s, method, setting); round++) {
         double estimate = (double)NAN;
-        if (!coarse.path && (attempt(c, setting, &coarse, error) != AD_OK || c->rounding))
-            break;
-        if (attempt(c, finer(method, setting), &fine, error) != AD_OK)
+        if ((!coarse.path && (attempt(c, setting, &coarse, error) != AD_OK || c->rounding)) ||
+            attempt(c, finer(method, setting), &fine, error) != AD_OK)
             break;
         if (coarse.complete && fine.complete)
             estimate = caution * distance(dof, points, coarse.path, fine.path);
@@ -315,14 +314,12 @@ static enum ad_status out_of_reach(const struct candidate *c, bool rounding, str
         if (!isnan(trial->estimate) && (!nearest || trial->estimate < nearest->estimate))
             nearest = trial;
     }
-    if (!nearest && rounding)
-        return ad_fail(error, AD_E_ACCURACY, "an error of %g is out of reach, limited %s",
-                       s->settings->error, cause);
-    if (!nearest && c->why.status != AD_OK)
-        return ad_fail(error, AD_E_ACCURACY, "an error of %g is out of reach: %s",
-                       s->settings->error, c->why.message);
-    if (!nearest)
+    if (!nearest && !rounding && c->why.status == AD_OK)
         return not_reached(s, error);
+    if (!nearest)
+        return ad_fail(error, AD_E_ACCURACY, "an error of %g is out of reach%s%s",
+                       s->settings->error, rounding ? ", limited " : ": ",
+                       rounding ? cause : c->why.message);
     return ad_fail(error, AD_E_ACCURACY,
                    "an error of %g is out of reach: %s reaches %.2g, limited %s",
                    s->settings->error, nearest->integrator->name, nearest->estimate, cause);
@@ -362,8 +359,7 @@ enum ad_status phys_motion_choose(struct solving *s, struct ad_error *error)
     return AD_OK;
 }
 
-/* A series knows the motion from one point, and may step over a thin barrier, at every tolerance.
- */
+/* A series knows the motion from one point: it may step over a barrier, at every tolerance. */
 static bool is_blind(const struct phys_motion_trial *trial, double missed)
 {
     const double grossly = 100;

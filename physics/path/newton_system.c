@@ -170,11 +170,10 @@ double phys_newton_system_bytes(struct phys_newton_system *band)
     choose_order(band);
     const double blocks = phys_block_tridiagonal_bytes(h);
     h->reach = reach;
-    if (band->by_fronts)
-        return phys_dissected_bytes(&band->dissected, 2);
-    if (band->by_blocks)
-        return blocks;
-    return 2 * sizeof(double) * (double)PHYS_BAND_ROWS(band->width) * (double)band->n;
+    return band->by_fronts ? phys_dissected_bytes(&band->dissected, 2)
+           : band->by_blocks
+               ? blocks
+               : 2 * sizeof(double) * (double)PHYS_BAND_ROWS(band->width) * (double)band->n;
 }
 
 /* Of numbers of 1 or 2 parts. */
@@ -304,9 +303,8 @@ static bool factor_fronts(struct phys_newton_system *band)
 /* Whether elements that are reduced serve for steps with the present damping. */
 static bool factor_elements(struct phys_newton_system *band)
 {
-    if (band->damping > 0 || band->folded || !phys_reduced_serves(band->hessian))
-        return false;
-    return (band->reduced.element ||
+    return band->damping == 0 && !band->folded && phys_reduced_serves(band->hessian) &&
+           (band->reduced.element ||
             phys_reduced_new(&band->reduced, band->hessian, band->hold, band->scale)) &&
            phys_reduced_factor(&band->reduced);
 }
@@ -319,8 +317,7 @@ bool phys_newton_system_factor(struct phys_newton_system *band, double damping)
     bool factored = band->by_elements = factor_elements(band);
     if (!factored) {
         choose_order(band);
-        factored = band->by_fronts && factor_fronts(band);
-        band->by_fronts = factored;
+        factored = band->by_fronts = band->by_fronts && factor_fronts(band);
     }
     if (!factored)
         factored = band->by_blocks ? factor_blocks(band) : factor_band(band);

@@ -216,11 +216,6 @@ static enum ad_status lbfgs(struct solve *s, size_t *taken, enum phys_stop *stop
 
 /* ---- Newton's method ---- */
 
-static bool at_rounding(const struct solve *s)
-{
-    return sqrt(s->sums.scaled) <= ROUNDING * s->system.rounding;
-}
-
 /* A pivot that is zero to the last bit is passed by a shift below rounding. */
 static enum ad_status find_step(struct solve *s, struct ad_error *error)
 {
@@ -281,7 +276,7 @@ static enum ad_status follow(struct solve *s, size_t *step, enum phys_stop *stop
             *stop = report(s, *step);
         if (*stop == PHYS_STOP_INTERRUPTED || *stop == PHYS_STOP_TOLERANCE)
             break;
-        if (at_rounding(s) && (!moved || *stop))
+        if (sqrt(s->sums.scaled) <= ROUNDING * s->system.rounding && (!moved || *stop))
             *stop = PHYS_STOP_ROUNDING;
         else if (!*stop && (!moved || slow >= PATIENCE))
             *stop = PHYS_STOP_STALLED;
@@ -360,12 +355,6 @@ static enum ad_status run(struct solve *s, const struct phys_solver *solver, dou
     return AD_OK;
 }
 
-static void free_all(struct solve *s)
-{
-    phys_ranked_free(&s->path);
-    free(s->x);
-}
-
 enum ad_status phys_path_ranks_solve(struct ad_ranks *ranks, const struct phys_solver *solver,
                                      const struct phys_system *system,
                                      const struct phys_path_settings *settings, double *path,
@@ -380,7 +369,8 @@ enum ad_status phys_path_ranks_solve(struct ad_ranks *ranks, const struct phys_s
     if (phys_ranked_check(system, settings, solver, error) == AD_OK &&
         phys_ranked_new(&s.path, ranks, system, settings, newton, error) == AD_OK)
         run(&s, solver, path, info, error);
-    free_all(&s);
+    phys_ranked_free(&s.path);
+    free(s.x);
     return error->status;
 }
 
@@ -400,12 +390,11 @@ enum ad_status phys_path_ranks_gradient(struct ad_ranks *ranks, const struct phy
         phys_ranked_new(&s.path, ranks, system, settings, false, error) == AD_OK) {
         s.path.path = path;
         if (phys_ranked_gradient(&s.path, &s.sums, error) == AD_OK) {
-            const double share = share_of(&s.path);
-            for (size_t k = 0; k < s.path.rows * s.path.columns; k++)
-                gradient[k] = share * s.path.g[k];
+            take_gradient(&s, gradient);
             *figures = figures_of(&s.path, &s.sums);
         }
     }
-    free_all(&s);
+    phys_ranked_free(&s.path);
+    free(s.x);
     return error->status;
 }
