@@ -1,7 +1,7 @@
 /* leastaction dataset pixels: frames of a swinging rod. */
 #include "apps/command.h"
 #include "dataset.h"
-#include "apps/numbers.h"
+#include "apps/option_values.h"
 #include "autodiff/clock.h"
 #include "hnn/pixels/frames.h"
 #include "physics/io/hdf5_file.h"

@@ -1,7 +1,7 @@
 /* Sets up the grid of `leastaction field` and evaluates the model on it (field.h). */
 #include "autodiff/free.h"
 #include "field.h"
-#include "apps/numbers.h"
+#include "apps/option_values.h"
 
 #include <math.h>
 #include <stdlib.h>

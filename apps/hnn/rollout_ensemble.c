@@ -3,7 +3,7 @@
 #include "autodiff/free.h"
 #include "apps/file_names.h"
 #include "apps/output/figure.h"
-#include "apps/spread.h"
+#include "apps/output/report.h"
 #include "physics/io/checksum.h"
 #include "physics/io/fields.h"
 #include "rollout.h"

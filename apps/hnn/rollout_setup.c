@@ -1,6 +1,6 @@
 /* Sets up a rollout from the options (rollout.h). */
 #include "autodiff/free.h"
-#include "apps/numbers.h"
+#include "apps/option_values.h"
 #include "rollout.h"
 
 #include <math.h>

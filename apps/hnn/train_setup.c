@@ -1,6 +1,6 @@
 /* Sets up a training from the options: samples, model, method, and the checkpoint to resume. */
 #include "train.h"
-#include "apps/numbers.h"
+#include "apps/option_values.h"
 #include "physics/io/fields.h"
 
 #include <math.h>

@@ -4,6 +4,7 @@
 #include "report.h"
 #include "physics/io/grow.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -153,6 +154,26 @@ size_t report_array_end(const struct report *report, size_t k)
     while (k < report->n && report->row[k].array && strcmp(report->row[k].array, array) == 0)
         k++;
     return k;
+}
+
+struct spread spread_of(size_t n, const double values[], size_t stride)
+{
+    struct spread s = {0, 0, NAN, INFINITY, -INFINITY};
+    double squares = 0;
+    for (size_t k = 0; k < n; k++) {
+        const double value = values[k * stride], away = value - s.mean;
+        if (!isfinite(value))
+            continue;
+        s.mean += away / (double)++s.n;
+        squares += away * (value - s.mean);
+        s.least = fmin(s.least, value);
+        s.most = fmax(s.most, value);
+    }
+    if (s.n > 1)
+        s.deviation = sqrt(squares / (double)(s.n - 1));
+    if (s.n == 0)
+        s.mean = NAN;
+    return s;
 }
 
 void report_spread(struct report *report, const char *counted, const char *unit,

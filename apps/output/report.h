@@ -11,11 +11,9 @@
    Errors of adding rows are sticky: the first failed allocation is kept, and report_print,
    report_json and report_file return it. Units and texts are copied, keys and labels are not.
    Numbers that are not finite are null in JSON, NaN in HDF5, and blank in the text. */
-#ifndef APPS_OUTPUT_REPORT_H
-#define APPS_OUTPUT_REPORT_H
+#pragma once
 
 #include "apps/options.h"
-#include "apps/spread.h"
 #include "hnn/hnn.h"
 #include "physics/io/hdf5_file.h"
 
@@ -60,6 +58,14 @@ void report_line(struct report *report, const char *format, ...)
    under the labels of its first object, if these have any. */
 void report_item(struct report *report, const char *array);
 
+/* Of a number over the runs of an ensemble: the deviation with n - 1, NaN of fewer than two. */
+struct spread {
+    size_t n;
+    double mean, deviation, least, most;
+};
+
+/* Of n values at a distance of `stride`; those that are not finite are left out. */
+struct spread spread_of(size_t n, const double values[], size_t stride);
 /* Rows of an item of the array "spread": how many are `counted`, mean, deviation, least, most. */
 void report_spread(struct report *report, const char *counted, const char *unit,
                    const struct spread *spread);
@@ -108,5 +114,3 @@ static inline void unit_of_force(const char *energy, const char *length, char un
    outside the range of training, at what t [n]; NULL: not known when. Nothing of other scenes. */
 void report_learnt(const struct phys_system *system, size_t n, const double *t, const double *x,
                    struct report *report);
-
-#endif

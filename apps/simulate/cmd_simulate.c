@@ -333,68 +333,55 @@ static const struct option table[] = {
     {"no-reference", NULL, OPTION_FLAG, NULL, "no reference run, and no error", AT(no_reference)},
 };
 
+static const char more[] =
+    "Fixed steps: euler semi-implicit verlet velocity-verlet yoshida4 yoshida6 rk4\n"
+    "implicit-midpoint rattle (symplectic with constraints, too) gauss2 ... gauss5,\n"
+    "wisdom-holman and wisdom-holman-corrected (one kick a step, few samples) for planets,\n"
+    "and the discrete motion of the action rules, variational-RULE for left midpoint\n"
+    "trapezoid gauss2 gauss3 gauss4. These choose their steps: dopri5 dop853 taylor, the\n"
+    "series of the motion, for L without kinks; with them --tol is the error of a step,\n"
+    "relative to the coordinates. Without --integrator, or with fixed steps, --tol is the\n"
+    "error of the whole motion in units of the coordinates: taylor, or dop853 where L has\n"
+    "kinks or many bodies, and gauss5 where rounding stops them; or the method named is\n"
+    "refined until its estimate is under it; the exit status is 1 if the reported error is\n"
+    "not. That is the largest distance of the coordinates from a reference, run by\n"
+    "extrapolation at a tolerance of 1e-15, there twice and back, plus its own uncertainty.\n"
+    "Where a chaotic motion outruns the reference none is given.\n\n"
+    "An event is a QUANTITY that crosses a value: a coordinate, v_ and a coordinate, energy,\n"
+    "an observable of the scene, distance:A of body A from the origin, distance:A,B of two\n"
+    "bodies. 'theta=0' finds every crossing, 'theta>0' those where it rises, 'theta<0' where\n"
+    "it falls. --section has a row for each, with the error there: neither the start nor a\n"
+    "touch is one. Points are known until that error exceeds --tol, or a thousandth of the\n"
+    "largest coordinate.\n\n"
+    "The columns of --ensemble are named by coordinates, v_ and a coordinate, and parameters;\n"
+    "what has none is the scene's. All members go by taylor (dop853 where it has no series),\n"
+    "several at once, to 100 times (--samples). The error of each is estimated by another run\n"
+    "at a hundredth of the tolerance, two of them are compared with a reference. --csv has a\n"
+    "row for each member and time, --out statistics at all times. Where members fail, the\n"
+    "others go on, and the exit status is 1.\n\n"
+    "--continue follows the family of --periodic, or of --mode, around folds: a row of --csv\n"
+    "for each motion; folds, branch points, period doublings and bifurcations to tori are\n"
+    "located and marked. A parameter's family holds the energy or the period (--hold) where\n"
+    "energy is conserved. The last motion is the one that is reported. The exit status is 1\n"
+    "where B is not reached.\n\n"
+    "With --data the error is the largest distance of a planet from its table, seen from the\n"
+    "Sun; the share of the integration is the distance from the same model followed by\n"
+    "another method, gauss5 or dop853. --tol is in km then. By itself it asks for a model:\n"
+    "they are tried from the published one on, and the least that stays as near is run. With\n"
+    "--set or --rough the model is given, and --tol is what it must keep. With --integrator\n"
+    "it is the error of integration, or, of dopri5 and dop853, that of a step as ever\n"
+    "[1e-14].";
+
 const struct command command_simulate = {
-    .line =
-        {.name = "simulate",
-         .ranks = true,
-         .what = "the motion from a start",
-         .arguments = {"SCENE"},
-         .scene = true,
-         .outputs = true,
-         .options = table,
-         .n_options = sizeof table / sizeof *table,
-         .more =
-             "Fixed steps: euler semi-implicit verlet velocity-verlet yoshida4 yoshida6 rk4 "
-             "implicit-midpoint\n"
-             "rattle (symplectic with constraints, too) gauss2 ... gauss5, wisdom-holman and\n"
-             "wisdom-holman-corrected (one kick a step, few samples) for planets, and the\n"
-             "discrete motion of the action rules, variational-RULE for left midpoint trapezoid "
-             "gauss2\n"
-             "gauss3 gauss4. These choose their steps: dopri5 dop853\n"
-             "taylor, the series of the motion, for L without kinks; with them --tol is the error "
-             "of a step, relative to the coordinates. Without\n"
-             "--integrator, or with fixed steps, --tol is the error of the whole motion in\n"
-             "units of the coordinates: taylor, or dop853 where L has kinks or many bodies, and\n"
-             "gauss5 where rounding stops them; or the method\n"
-             "named is refined until its estimate is under it; the exit status is 1 if the\n"
-             "reported error is not. That is the largest distance of the coordinates from a\n"
-             "reference, run by extrapolation at a tolerance of 1e-15, there twice and back, plus\n"
-             "its own uncertainty. Where a chaotic motion outruns the reference none is given.\n"
-             "An event is a QUANTITY that crosses a value: a coordinate, v_ and a coordinate, "
-             "energy,\n"
-             "an observable of the scene, distance:A of body A from the origin, distance:A,B of "
-             "two "
-             "bodies.\n"
-             "'theta=0' finds every crossing, 'theta>0' those where it rises, 'theta<0' where it "
-             "falls.\n"
-             "--section has a row for each, with the error there: neither the start nor a touch is "
-             "one. Points\n"
-             "are known until that error exceeds --tol, or a thousandth of the largest "
-             "coordinate.\n"
-             "The columns of --ensemble are named by coordinates, v_ and a coordinate, and "
-             "parameters; what has\n"
-             "none is the scene's. All members go by taylor (dop853 where it has no series), "
-             "several at once, to\n"
-             "100 times (--samples). The error of each is estimated by another run at a hundredth "
-             "of the tolerance,\n"
-             "two of them are compared with a reference. --csv has a row for each member and "
-             "time, --out statistics\n"
-             "at all times. Where members fail, the others go on, and the exit status is 1.\n"
-             "--continue follows the family of --periodic, or of --mode, around folds: a row of "
-             "--csv "
-             "for each\n"
-             "motion; folds, branch points, period doublings and bifurcations to tori are located "
-             "and marked.\n"
-             "A parameter's family holds the energy or the period (--hold) where energy is "
-             "conserved. The last\n"
-             "motion is the one that is reported. The exit status is 1 where B is not reached.\n"
-             "With --data the error is the largest distance of a planet from its table, seen from\n"
-             "the Sun; the share of the integration is the distance from the same model followed\n"
-             "by another method, gauss5 or dop853. --tol is in km then. By itself it asks for a\n"
-             "model: they are tried from the published one on, and the least that stays as near\n"
-             "is run. With --set or --rough the model is given, and --tol is what it must keep.\n"
-             "With --integrator it is the error of integration, or, of dopri5 and dop853, that\n"
-             "of a step as ever [1e-14]."},
+    .line = {.name = "simulate",
+             .ranks = true,
+             .what = "the motion from a start",
+             .arguments = {"SCENE"},
+             .scene = true,
+             .outputs = true,
+             .options = table,
+             .n_options = sizeof table / sizeof *table,
+             .more = more},
     .bytes = sizeof(struct simulate_options),
     .run = run,
 };

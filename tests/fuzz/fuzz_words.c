@@ -2,7 +2,7 @@
    byte chooses which, the rest is the word. */
 #include "fuzz.h"
 
-#include "apps/numbers.h"
+#include "apps/option_values.h"
 #include "physics/ephemeris/horizons.h"
 #include "physics/motion/solve.h"
 #include "physics/physics.h"
