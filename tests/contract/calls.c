@@ -51,12 +51,12 @@ static void wrong(const char *function, const char *what, const struct ad_error 
 static bool may_be_beside(const char *function)
 {
     static const char *const names[] = {
-        "ad_ranks_",       "hnn_find",           "hnn_model_note",
-        "hnn_share_agree", "hnn_task_ode",       "page_end",
-        "phys_check_",     "phys_legendre_new",  "phys_motion_diagnose",
-        "phys_ode_enter",  "phys_ode_leave",     "phys_ranked_range",
-        "phys_simulate",   "phys_system_set",    "qm_tape_status",
-        "report_show",     "rollout_name_cause",
+        "ad_ranks_",          "hnn_find",          "hnn_model_note",
+        "hnn_share_agree",    "hnn_task_ode",      "page_end",
+        "phys_check_",        "phys_legendre_new", "phys_motion_diagnose",
+        "phys_ode_enter",     "phys_ode_leave",    "phys_ranked_range",
+        "phys_simulate",      "phys_system_set",   "report_show",
+        "rollout_name_cause",
     };
     for (size_t k = 0; k < LENGTH(names); k++)
         if (strncmp(function, names[k], strlen(names[k])) == 0)
