@@ -167,8 +167,8 @@ enum ad_status ad_ranks_same(struct ad_ranks *r, const char *what, const char *t
 
 /* ---- tasks ---- */
 
-/* Numbers stand for groups of tasks, which become smaller, so that all ranks end together: each is a
-   quarter of a rank's even part of the tasks left. C. D. Polychronopoulos and D. J. Kuck, Guided
+/* Numbers stand for groups of tasks, which become smaller, so that all ranks end together: each is
+   a quarter of a rank's even part of the tasks left. C. D. Polychronopoulos and D. J. Kuck, Guided
    Self-Scheduling, IEEE Transactions on Computers C-36 (1987) 1425. */
 static size_t group_end(const struct ad_ranks *r, size_t tasks, size_t first)
 {

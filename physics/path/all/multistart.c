@@ -339,8 +339,7 @@ enum ad_status phys_path_all(const struct phys_system *system,
         return ad_fail(error, AD_E_ARGUMENT,
                        "all paths of free end time: expected both ends given, no constraints and "
                        "at most %d coordinates%s",
-                       PHYS_END_MAP_DOF,
-                       system->dof > PHYS_END_MAP_DOF ? ", got more" : "");
+                       PHYS_END_MAP_DOF, system->dof > PHYS_END_MAP_DOF ? ", got more" : "");
     if (free_time && phys_lacks_energy(system, error))
         return error->status;
     if (system->scene->constraint && phys_free_ends(settings))
