@@ -253,7 +253,7 @@ static void write_load(struct writer *w, const struct loc *l)
     } else if (w->walk->along_rows) {
         write_load_along_rows(w, l);
     } else {
-        ad_native_say(w, l->cs ? ad_native_loads(w, l) : "splat@(");
+        ad_native_say(w, "%s", l->cs ? ad_native_loads(w, l) : "splat@(");
         ad_native_address(w, l);
         ad_native_say(w, ")");
     }

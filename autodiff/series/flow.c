@@ -11,8 +11,7 @@
 #include <string.h>
 
 /* Seconds: of the interpreter after which to look into the cache; and what compiling costs, with
-   gcc
-   12. Beyond MOST_JETS it takes too long. */
+   gcc 12. Beyond MOST_JETS it takes too long. */
 static const double LOOK = 1e-4, START = 0.1, A_JET = 2.5e-3;
 enum { MOST_JETS = 4096 };
 
@@ -44,6 +43,11 @@ void *ad_series_load(const ad_series *s, bool many, bool build, size_t *packs,
     struct compiler compiler = {.identity = ""};
     if (ad_native_turned_off()) {
         ad_fail(note, AD_E_ARGUMENT, "LEASTACTION_NATIVE=0 turns machine code off");
+        return NULL;
+    }
+    if (s->n > MOST_JETS) {
+        ad_fail(note, AD_E_ARGUMENT, "%zu operations of a series; expected at most %d", s->n,
+                MOST_JETS);
         return NULL;
     }
     if (!ad_cc_find(&compiler, note))
@@ -149,7 +153,7 @@ static void try_code(ad_series *s, const double *c)
             s->next_try = INFINITY;
         }
     } else if (s->next_try == 0) {
-        s->next_try = s->n > MOST_JETS ? (double)INFINITY : LOOK;
+        s->next_try = LOOK;
     }
 }
 

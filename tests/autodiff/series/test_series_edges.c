@@ -1,4 +1,5 @@
 /* Power series at branches, numbers, extreme values and values in common; refusals. */
+#include "tests/mentions.h"
 #include "autodiff/series/internal.h"
 #include "tests/close.h"
 
@@ -199,6 +200,24 @@ static void test_common_factors_are_found(void **state)
     ad_tape_free(tape);
 }
 
+/* A compiler would take minutes for these. */
+static void test_long_series_are_interpreted(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_new(AD_F64);
+    ad_var x = ad_input(tape, 1, 1, "x"), y = x;
+    ad_series *series;
+    struct ad_error note = {0};
+    for (int k = 0; k < 5000; k++)
+        y = ad_sin(y);
+    assert_int_equal(ad_series_new(1, &y, 1, &x, 2, &series), AD_OK);
+    assert_false(ad_series_native(series, 1, &note));
+    assert_mentions(note.message, "4096");
+    assert_null(ad_points_new(series, 1, true, NULL));
+    ad_series_free(series);
+    ad_tape_free(tape);
+}
+
 static void test_refusals(void **state)
 {
     (void)state;
@@ -337,6 +356,7 @@ int main(void)
         cmocka_unit_test(test_common_values_are_one),
         cmocka_unit_test(test_common_factors_leave_the_series),
         cmocka_unit_test(test_common_factors_are_found),
+        cmocka_unit_test(test_long_series_are_interpreted),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_rates_with_what_was_cut_off),
         cmocka_unit_test(test_nothing_cut_off_at_the_edges),
