@@ -1,5 +1,6 @@
 /* Values of options: one in a struct of values, for options.c; lists of numbers in a text. */
-#pragma once
+#ifndef APPS_OPTION_VALUES_H
+#define APPS_OPTION_VALUES_H
 
 #include "options.h"
 
@@ -20,3 +21,5 @@ const char *numbers_list(const char *text, size_t most, double *values, size_t *
    `what` was expected. */
 enum ad_status numbers_read(const char *option, const char *text, size_t n, const char *what,
                             double *values, struct ad_error *error);
+
+#endif

@@ -1,5 +1,6 @@
 /* Helpers for files: a private folder, and the reference data in tests/data. */
-#pragma once
+#ifndef TESTS_FILES_H
+#define TESTS_FILES_H
 
 #include <stddef.h>
 
@@ -33,3 +34,5 @@ void files_are_same(const char *path, const char *other);
 /* A file or folder of tests/data. A file that is kept as NAME.xz is unpacked into the test's own
    folder. */
 struct path files_data(const char *name);
+
+#endif

@@ -11,7 +11,8 @@
    Errors of adding rows are sticky: the first failed allocation is kept, and report_print,
    report_json and report_file return it. Units and texts are copied, keys and labels are not.
    Numbers that are not finite are null in JSON, NaN in HDF5, and blank in the text. */
-#pragma once
+#ifndef APPS_OUTPUT_REPORT_H
+#define APPS_OUTPUT_REPORT_H
 
 #include "apps/options.h"
 #include "hnn/hnn.h"
@@ -114,3 +115,5 @@ static inline void unit_of_force(const char *energy, const char *length, char un
    outside the range of training, at what t [n]; NULL: not known when. Nothing of other scenes. */
 void report_learnt(const struct phys_system *system, size_t n, const double *t, const double *x,
                    struct report *report);
+
+#endif

@@ -1,6 +1,7 @@
 /* Inside of scans (scan.h): what is scanned (scan_axes.c), running (scan.c), the numbers
    shown (scan_choice.c), the table (scan_table.c) and its picture (scan_picture.c). */
-#pragma once
+#ifndef APPS_OUTPUT_SCAN_PARTS_H
+#define APPS_OUTPUT_SCAN_PARTS_H
 
 #include "apps/output/report.h"
 #include "outputs.h"
@@ -87,3 +88,5 @@ enum ad_status scan_choose(struct scan *scan, struct ad_error *error);
 enum ad_status scan_draw(const void *scan, struct plot *plot, struct ad_error *error);
 /* The outputs of the table. */
 extern const struct output_kind scan_outputs;
+
+#endif

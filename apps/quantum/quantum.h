@@ -1,7 +1,8 @@
 /* The parts of `leastaction quantum`: setup and run (quantum_setup), output
    (quantum_write, quantum_picture); the published variant beside the correct one (quantum_paper),
    and two dimensions (quantum_slit). */
-#pragma once
+#ifndef APPS_QUANTUM_QUANTUM_H
+#define APPS_QUANTUM_QUANTUM_H
 
 #include "apps/options.h"
 #include "apps/output/outputs.h"
@@ -78,3 +79,5 @@ struct slit_run {
 };
 
 enum ad_status slit_picture(const void *run, struct plot *plot, struct ad_error *error);
+
+#endif

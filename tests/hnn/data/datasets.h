@@ -1,5 +1,6 @@
 /* Data sets as the tests read them. */
-#pragma once
+#ifndef TESTS_HNN_DATA_DATASETS_H
+#define TESTS_HNN_DATA_DATASETS_H
 
 #include "tests/files.h"
 #include "hnn/data/data.h"
@@ -12,3 +13,5 @@ void dataset_refused(const struct hnn_dataset_settings *settings, enum ad_status
 /* A CSV file of rows k = 0 ..., `each` a trajectory: state (k, -k), rates (3 k, 7), trial k / each,
    time 0.25 k. */
 struct path dataset_rows(const char *name, size_t rows, size_t each);
+
+#endif
