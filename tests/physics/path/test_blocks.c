@@ -313,7 +313,7 @@ static void many_inner_nodes_are_left_to_lapack(void **state)
     struct phys_path_settings settings = phys_path_defaults(&system);
     struct phys_spectrum found;
     struct ad_error error = {0};
-    static const double rest[2 * MANY * SLICES] = {0};
+    static const double rest[4 * MANY * SLICES] = {0};
     settings.rule = phys_rule_find("gauss4", &error);
     phys_path_spectrum(&system, &settings, rest, &found, &error);
     assert_no_error(&error);

@@ -94,7 +94,7 @@ static void test_signs(void **state)
 static void test_conjugate_ends(void **state)
 {
     (void)state;
-    const double signs[] = {1, 1}, rest[2 * 101] = {0};
+    const double signs[] = {1, 1}, rest[4 * 2 * 101] = {0};
     for (int conjugate = 0; conjugate < 2; conjugate++) {
         const struct phys_scene scene =
             scene_of("two", 2, oscillators, 101, (conjugate ? M_PI : 3) / 100, NULL);
