@@ -236,17 +236,18 @@ static void test_nothing_learnt(void **state)
                  {"--lr 1e3 --rollout 2 --dt 0.1 --normalise", false},
                  {"--lr 1e-2 --normalise", true}};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        shell_works("$LA train pendulum.csv --hidden 8 --steps 100 --json %s", cases[k].options);
+        shell_works("$LA train pendulum.csv --hidden 8 --seed 2 --steps 100 --json %s",
+                    cases[k].options);
         double loss = shell_number("train_loss"), zero = shell_number("zero_loss");
         if (cases[k].learns)
             assert_true(loss < 0.5 * zero);
         else
-            assert_true(loss > 0.99 * zero);
+            assert_close(loss, zero, 5e-3, 0);
         if (k == 0)
             assert_close(zero, sum / 120, 1e-9, 0);
         if (k == 3)
             assert_close(zero, 1, 1e-12, 0);
-        shell_works("$LA train pendulum.csv --hidden 8 --steps 100 %s", cases[k].options);
+        shell_works("$LA train pendulum.csv --hidden 8 --seed 2 --steps 100 %s", cases[k].options);
         assert_int_equal(!strstr(shell_out(), "--normalise"), cases[k].learns);
     }
 }

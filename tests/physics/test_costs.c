@@ -253,7 +253,7 @@ static void searches(void **state)
         {reference, {"kepler", 0.1, 20, {0, 4711, 0}}},
         {reference, {"dblpend", 0.1, 10, {0, 4108, 0}}},
         {reference, {"arenstorf", 0.1, 17, {0, 4737, 0}}},
-        {periodic, {"kepler", 0.01, 6.28319, {5, 1213, 0}}},
+        {periodic, {"kepler", 0.01, 6.28319, {6, 1183, 0}}},
         {periodic, {"figure8", 0.002, 6.3259, {6, 1256, 0}}},
         {equilibria, {"dblpend", 20, 0, {4, 20, 0}}},
         {equilibria, {"double-well", 10, 0, {3, 10, 0}}},
