@@ -205,6 +205,20 @@ static enum ad_status find(struct path_run *run, bool of_energy, struct ad_error
     return error->status;
 }
 
+/* A path at rest closes, too. */
+static enum ad_status refuse_rest(const struct path_run *run, struct ad_error *error)
+{
+    const size_t dof = run->system.dof, n = run->settings.slices;
+    double *unit = phys_path_units(&run->system, &run->settings, NULL, run->start, error);
+    if (unit && phys_path_extent(unit, run->path, dof, n) <
+                    resting * phys_path_extent(unit, run->start, dof, n))
+        ad_fail(error, AD_E_ACCURACY,
+                "--ends periodic: the path found is at rest; try another --init or --time, nearer "
+                "to a motion");
+    free(unit);
+    return error->status;
+}
+
 enum ad_status path_periodic_solve(struct path_run *run, struct phys_path_info *info,
                                    struct ad_error *error)
 {
@@ -214,6 +228,8 @@ enum ad_status path_periodic_solve(struct path_run *run, struct phys_path_info *
         return error->status;
     if (info->stop == PHYS_STOP_INTERRUPTED)
         return ad_fail(error, AD_E_ACCURACY, "interrupted after step %zu", info->steps);
+    if (refuse_rest(run, error) != AD_OK)
+        return error->status;
     if (find(run, !isnan(run->options->energy), &cause) != AD_OK)
         return ad_fail(error, cause.status,
                        "--ends periodic: from a path with |gradient| %.3g: %.400s", info->grad_norm,
@@ -225,8 +241,7 @@ enum ad_status path_periodic_solve(struct path_run *run, struct phys_path_info *
     return error->status;
 }
 
-/* From the motion nearest to it: where there are families the path may be of another one. A path at
-   rest closes, too. */
+/* From the motion nearest to it: where there are families the path may be of another one. */
 enum ad_status path_periodic_compare(struct path_run *run, const struct phys_path_info *info,
                                      struct ad_error *error)
 {
@@ -237,17 +252,12 @@ enum ad_status path_periodic_compare(struct path_run *run, const struct phys_pat
     if (!unit)
         return error->status;
     run->off = phys_path_apart(unit, run->path, run->reference, dof, n);
-    if (phys_path_extent(unit, run->path, dof, n) <
-        resting * phys_path_extent(unit, run->start, dof, n))
-        ad_fail(error, AD_E_ACCURACY,
-                "--ends periodic: the path found is at rest; try another --init or --time, nearer "
-                "to a motion");
     free(unit);
     run->found.info.start = info->start;
     run->found.info.steps = info->steps;
     run->found.reference_distance = run->found.discretisation = run->off;
     run->reference_is = "the periodic motion";
-    return error->status;
+    return refuse_rest(run, error);
 }
 
 /* ---- --tol ---- */
